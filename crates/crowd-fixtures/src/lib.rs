@@ -1,0 +1,1 @@
+//! Draws the characters and proofs under `fixtures/`, the same bytes every time.

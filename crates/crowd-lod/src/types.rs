@@ -1,0 +1,197 @@
+//! What goes in and what comes out.
+
+/// Rows of an affine matrix: `out[r] = m[r][0]*x + m[r][1]*y + m[r][2]*z + m[r][3]`.
+pub type Mat3x4 = [[f32; 4]; 3];
+
+/// Result of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Why nothing was simplified.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// The caller is wrong.
+    #[error("{what}: found {found}, allowed {allowed}")]
+    Parameter {
+        /// Which value.
+        what: String,
+        /// Found.
+        found: String,
+        /// Allowed.
+        allowed: String,
+    },
+}
+
+/// The mesh to simplify. Per-vertex slices have one entry per vertex, per-triangle ones one per triangle.
+#[derive(Debug, Clone, Copy)]
+pub struct LodMesh<'a> {
+    /// Bind-space positions, metres.
+    pub positions: &'a [[f32; 3]],
+    /// Unit normals.
+    pub normals: &'a [[f32; 3]],
+    /// Texture coordinates.
+    pub uvs: &'a [[f32; 2]],
+    /// Linear RGBA8 colours.
+    pub colors: &'a [[u8; 4]],
+    /// Joint indices, below the poses' `joint_count`.
+    pub joints: &'a [[u16; 4]],
+    /// Weights, summing to 1.
+    pub weights: &'a [[f32; 4]],
+    /// Vertex indices.
+    pub triangles: &'a [[u32; 3]],
+    /// Material of each triangle; a border between two materials is a seam.
+    pub triangle_materials: &'a [u16],
+}
+
+/// The poses that count.
+#[derive(Debug, Clone, Copy)]
+pub struct LodPoses<'a> {
+    /// Whole frames of `joint_count` premultiplied matrices, frame by frame. At least one frame.
+    pub palettes: &'a [Mat3x4],
+    /// Matrices a frame.
+    pub joint_count: usize,
+    /// Weight of each frame in the mean cost, summing to 1 (clips weigh equally, so a frame weighs
+    /// `1 / (clips * frames of its clip)`).
+    pub frame_weights: &'a [f32],
+}
+
+/// Which collapses are allowed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Criteria {
+    /// Per-collapse wedge test (default): u may move to t when every wedge of u has exactly one image wedge in a triangle
+    /// that holds both; re-tested as seams close.
+    #[default]
+    Wedge,
+    /// Peng 2011 §4.2 to the letter: classes are fixed once; fixed vertices never move.
+    Peng2011,
+}
+
+/// Knobs of [`crate::simplify`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct LodOptions {
+    /// Which collapses are allowed.
+    pub criteria: Criteria,
+    /// How many levels are measured against full detail, spread evenly in log(triangles). 0 measures none.
+    pub measured_levels: u32,
+    /// Frames used for measuring, spread evenly over the poses.
+    pub measured_frames: u32,
+    /// Points a side and frame used for measuring.
+    pub samples_per_frame: u32,
+}
+
+impl Default for LodOptions {
+    fn default() -> Self {
+        Self { criteria: Criteria::Wedge, measured_levels: 16, measured_frames: 8, samples_per_frame: 1000 }
+    }
+}
+
+/// Peng 2011 §4.2.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum VertexClass {
+    /// On an open border, or split more than in two.
+    Fixed,
+    /// Split in two along a seam: moves only together with its companion.
+    Companion,
+    /// Not split.
+    Regular,
+}
+
+/// Seams and classes of a mesh at full detail.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SeamReport {
+    /// Distinct positions (with distinct skinning).
+    pub position_count: u32,
+    /// Vertices after splitting: distinct position, UV, colour, material and normal.
+    pub vertex_count: u32,
+    /// Vertices counted by UV and material alone: the paper's universal index.
+    pub wedge_count: u32,
+    /// Positions with two or more wedges.
+    pub seam_position_count: u32,
+    /// Wedges of class fixed.
+    pub fixed_count: u32,
+    /// Of these, on an open border.
+    pub border_count: u32,
+    /// Wedges of class companioned.
+    pub companion_count: u32,
+    /// Wedges of class regular.
+    pub regular_count: u32,
+    /// Triangles dropped because two corners share a position.
+    pub degenerate_triangle_count: u32,
+    /// Edges with more than two triangles.
+    pub non_manifold_edge_count: u32,
+}
+
+/// The result: vertices and triangles in collapse order, coarse first.
+///
+/// A level is a prefix: the first `vertex_count` vertices and the first `triangle_count` triangles, indices looked up in
+/// `collapse_map` until they fall below `vertex_count`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CollapseOrder {
+    /// For each vertex of the order, the input vertex whose attributes it carries.
+    pub vertex_source: Vec<u32>,
+    /// For each vertex of the order, its material.
+    pub vertex_materials: Vec<u16>,
+    /// For each vertex of the order, its class at full detail.
+    pub vertex_classes: Vec<VertexClass>,
+    /// Full-detail triangles in the order's vertex indices; the last is the first to vanish.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each input triangle kept, where it came from: input triangle of each triangle of the order.
+    pub triangle_source: Vec<u32>,
+    /// Target of each vertex, smaller than the vertex itself; a vertex that never collapses maps to itself.
+    pub collapse_map: Vec<u32>,
+    /// All levels, coarsest first; the last is full detail. Between two entries no vertex count is a level: companions
+    /// go together.
+    pub levels: Vec<Level>,
+    /// Levels that were measured, coarsest first.
+    pub measured: Vec<MeasuredLevel>,
+    /// Seams and classes.
+    pub seams: SeamReport,
+    /// Why the coarsest level goes no further.
+    pub blocked: Blocked,
+}
+
+/// One level of the continuous order.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Level {
+    /// Vertices: the paper's k.
+    pub vertex_count: u32,
+    /// Triangles: the paper's q(k).
+    pub triangle_count: u32,
+    /// Root of the largest mean squared plane distance paid so far, metres: the quadric's own estimate, not a bound.
+    pub error_m: f32,
+}
+
+/// A level measured against full detail.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MeasuredLevel {
+    /// Vertices.
+    pub vertex_count: u32,
+    /// Triangles.
+    pub triangle_count: u32,
+    /// What was measured.
+    pub error: MeasuredError,
+}
+
+/// Two-sided closest-point distance over frames.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MeasuredError {
+    /// Root mean square, metres.
+    pub rms_m: f32,
+    /// Largest, metres.
+    pub max_m: f32,
+    /// Frame of the largest, an index into the poses given.
+    pub max_frame: u32,
+}
+
+/// Counts of positions that could not move any more at the coarsest level, by what held them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Blocked {
+    /// On an open border, or locked by class.
+    pub fixed: u32,
+    /// A seam whose wedges find no partner.
+    pub seam: u32,
+    /// Would change the topology (link condition).
+    pub topology: u32,
+    /// Would flip a triangle in some pose or in the texture.
+    pub flip: u32,
+}

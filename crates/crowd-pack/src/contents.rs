@@ -1,0 +1,91 @@
+//! A pack in memory: [`PackContents`] owned for writing, [`Pack`] checked for reading.
+
+use crate::{CharacterRecord, ClipRecord, ImageRecord, LodRecord, Manifest, MaterialRecord, Result, VertexRecord};
+use std::path::Path;
+
+/// Everything that goes into a pack. All characters share one section per kind of data (Dong 2019 §5).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PackContents {
+    /// Names, skeletons, curves, errors.
+    pub manifest: Manifest,
+    /// One per character.
+    pub characters: Vec<CharacterRecord>,
+    /// All characters' vertices, each character's in collapse order.
+    pub vertices: Vec<VertexRecord>,
+    /// All characters' triangles, indices local to the character.
+    pub triangles: Vec<[u32; 3]>,
+    /// Target of each vertex, local to the character; parallel to `vertices`.
+    pub collapse_map: Vec<u32>,
+    /// LOD tables, `vertex_count + 1` entries a character.
+    pub lods: Vec<LodRecord>,
+    /// All clips.
+    pub clips: Vec<ClipRecord>,
+    /// Animation texels (rows of matrices), see [`ClipRecord::texel_offset`].
+    pub animation: Vec<[f32; 4]>,
+    /// Inverse bind matrices, four rows a joint; empty unless the layout is split.
+    pub inverse_binds: Vec<[f32; 4]>,
+    /// All materials.
+    pub materials: Vec<MaterialRecord>,
+    /// All images; identical ones are stored once.
+    pub images: Vec<ImageRecord>,
+    /// Encoded images, each starting at a multiple of 64.
+    pub image_bytes: Vec<u8>,
+    /// Times and values of the source curves.
+    pub track_values: Vec<f32>,
+}
+
+/// What was written.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct WriteReport {
+    /// Bytes of the file.
+    pub pack_bytes: u64,
+    /// Name and bytes of each section.
+    pub sections: Vec<(String, u64)>,
+}
+
+impl PackContents {
+    /// The file's bytes. The same contents give the same bytes.
+    ///
+    /// # Errors
+    /// The same checks as [`Pack::from_bytes`]: what could not be read back is not written.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        unimplemented!("crowd-pack: being written")
+    }
+
+    /// Writes under a temporary name in the same folder and renames: the old file or the new one, never half.
+    pub fn write(&self, path: &Path) -> Result<WriteReport> {
+        let _ = path;
+        unimplemented!("crowd-pack: being written")
+    }
+}
+
+/// A pack that passed every check; the slices can be trusted (indices in range, tables monotone, collapse targets below
+/// their vertices, finite numbers, images within their section).
+#[derive(Debug)]
+pub struct Pack {
+    contents: PackContents,
+}
+
+impl Pack {
+    /// Reads and checks a file.
+    pub fn open(path: &Path) -> Result<Self> {
+        let _ = path;
+        unimplemented!("crowd-pack: being written")
+    }
+
+    /// Checks the bytes of a file.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        let _ = bytes;
+        unimplemented!("crowd-pack: being written")
+    }
+
+    /// The checked contents.
+    pub fn contents(&self) -> &PackContents {
+        &self.contents
+    }
+
+    /// Index of the character of that name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.contents.manifest.characters.iter().position(|c| c.name == name)
+    }
+}

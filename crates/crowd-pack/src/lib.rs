@@ -1,0 +1,15 @@
+//! The `.crowdpack` file: records, limits, reading, writing, checking.
+//!
+//! `docs/FORMAT.md` describes the bytes for readers in other languages. GPU sections are raw little-endian records that
+//! are uploaded as they lie; only the manifest is bincode. A pack is untrusted input: everything is checked before use.
+
+mod contents;
+mod error;
+pub mod limits;
+mod manifest;
+mod records;
+
+pub use contents::{Pack, PackContents, WriteReport};
+pub use error::{Error, Result};
+pub use manifest::*;
+pub use records::*;

@@ -1,0 +1,176 @@
+//! GPU-shaped records: `repr(C)`, little-endian, no padding, uploaded as they lie.
+//!
+//! The same structs stand in `shaders/shared/records.wgsl`; a test compares sizes and offsets.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Version of the format; a reader refuses every other.
+pub const FORMAT_VERSION: u32 = 1;
+/// First eight bytes of a pack.
+pub const MAGIC: [u8; 8] = *b"CROWDPK\0";
+/// No image.
+pub const NONE: u32 = u32::MAX;
+
+/// One vertex, 48 bytes. Indices are local to the character.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct VertexRecord {
+    /// Bind-space position, metres.
+    pub position: [f32; 3],
+    /// Octahedral normal, two signed normalised 16-bit numbers, x in the low half.
+    pub normal_oct: u32,
+    /// Texture coordinates, v down.
+    pub uv: [f32; 2],
+    /// Linear colour, RGBA8, red in the low byte.
+    pub color: u32,
+    /// Low 16 bits: material, local to the character. High 16 bits: vertex class (0 regular, 1 companion, 2 fixed).
+    pub material_class: u32,
+    /// Four 16-bit joint indices, local to the character; first in the low half of the first word.
+    pub joints: [u32; 2],
+    /// Four unsigned normalised 16-bit weights that sum to 65535; same order.
+    pub weights: [u32; 2],
+}
+
+/// Entry `k` of a character's LOD table: the level for a vertex count of at most `k`. One entry for each k in 0..=V.
+///
+/// `vertex_count <= max(k, min_vertex_count)`, so companions are never split by a prefix.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct LodRecord {
+    /// Vertices of the level.
+    pub vertex_count: u32,
+    /// Triangles of the level.
+    pub triangle_count: u32,
+}
+
+/// Offsets, counts and bounds of a character, 96 bytes. Offsets are in elements of the pack's sections.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct CharacterRecord {
+    /// First vertex (also first entry of the collapse map).
+    pub vertex_offset: u32,
+    /// Vertices at full detail.
+    pub vertex_count: u32,
+    /// First triangle.
+    pub triangle_offset: u32,
+    /// Triangles at full detail.
+    pub triangle_count: u32,
+    /// First entry of the LOD table; it has `vertex_count + 1` entries.
+    pub lod_offset: u32,
+    /// Vertices of the coarsest level.
+    pub min_vertex_count: u32,
+    /// Triangles of the coarsest level.
+    pub min_triangle_count: u32,
+    /// Matrices a frame.
+    pub joint_count: u32,
+    /// First clip.
+    pub clip_offset: u32,
+    /// Clips, at least one.
+    pub clip_count: u32,
+    /// First material.
+    pub material_offset: u32,
+    /// Materials, at least one.
+    pub material_count: u32,
+    /// Sphere over all clips: centre, metres, and radius.
+    pub sphere: [f32; 4],
+    /// Box over all clips, least corner, metres.
+    pub box_min: [f32; 3],
+    /// Height of the bind pose, metres.
+    pub height_m: f32,
+    /// Box over all clips, greatest corner, metres.
+    pub box_max: [f32; 3],
+    /// First matrix (texel) of the inverse bind section; used by the split layout only, else 0.
+    pub inverse_bind_offset: u32,
+}
+
+/// A clip of a character, 48 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct ClipRecord {
+    /// First texel of the clip in the animation section. Frame `f`, joint `j`, row `r` lies at
+    /// `texel_offset + (f * joint_count + j) * texels_per_joint + r`.
+    pub texel_offset: u32,
+    /// Frames, at least one.
+    pub frame_count: u32,
+    /// Seconds; 0 for a single pose.
+    pub duration_s: f32,
+    /// Mean horizontal speed of the root, metres a second.
+    pub root_speed_m_s: f32,
+    /// Sphere over this clip: centre, metres, and radius.
+    pub sphere: [f32; 4],
+    /// The root's displacement over the clip, metres.
+    pub root_displacement_m: [f32; 3],
+    /// Largest joint distance between last and first pose, metres: above 1 % of the height the clip does not loop.
+    pub loop_gap_m: f32,
+}
+
+/// A material, 32 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct MaterialRecord {
+    /// Linear RGBA factor.
+    pub base_color: [f32; 4],
+    /// Index into the image table, or [`NONE`].
+    pub image: u32,
+    /// Bits, see [`material_flags`].
+    pub flags: u32,
+    /// Pixels with less alpha are not drawn; 0 for opaque.
+    pub alpha_cutoff: f32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// Bits of [`MaterialRecord::flags`].
+pub mod material_flags {
+    /// Back faces are drawn.
+    pub const DOUBLE_SIDED: u32 = 1;
+    /// No lighting.
+    pub const UNLIT: u32 = 2;
+    /// One normal a triangle.
+    pub const FLAT: u32 = 4;
+    /// Wrapping along u: 0 repeat, 1 clamp, 2 mirror, shifted by this.
+    pub const WRAP_U_SHIFT: u32 = 4;
+    /// Wrapping along v, shifted by this.
+    pub const WRAP_V_SHIFT: u32 = 6;
+    /// Mask after shifting.
+    pub const WRAP_MASK: u32 = 3;
+}
+
+/// An encoded image inside the image bytes, 32 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct ImageRecord {
+    /// First byte in the `image_bytes` section, a multiple of 64.
+    pub byte_offset: u64,
+    /// Bytes.
+    pub byte_count: u64,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// 0 PNG, 1 JPEG, 2 WebP; kept as found in the source.
+    pub encoding: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// How the animation section stores a joint's matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AnimationLayout {
+    /// Three RGBA32F texels a joint: rows of `world * inverse_bind` (default; 48 bytes).
+    #[default]
+    Premultiplied3x4,
+    /// Dong 2019 §5.1: four RGBA32F texels a joint with `world` alone; inverse bind matrices in their own section.
+    Split4x4,
+}
+
+impl AnimationLayout {
+    /// RGBA32F texels of one joint in one frame.
+    pub fn texels_per_joint(self) -> u32 {
+        match self {
+            Self::Premultiplied3x4 => 3,
+            Self::Split4x4 => 4,
+        }
+    }
+}

@@ -1,0 +1,34 @@
+//! What a file may ask for. Each limit says what it buys.
+
+/// Upper bounds on what the reader allocates for one character.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of one file (asset, buffer or image). Bounds reading.
+    pub file_bytes: u64,
+    /// Vertices of a character before welding. Keeps 32-bit offsets safe in the pack.
+    pub vertices: u64,
+    /// Triangles of a character.
+    pub triangles: u64,
+    /// Nodes of the file.
+    pub nodes: u64,
+    /// Joints over all skins. Vertices address them with 16 bits.
+    pub joints: u64,
+    /// Key frames over all tracks.
+    pub keys: u64,
+    /// Pixels of one image. Bounds decoding.
+    pub image_pixels: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            file_bytes: 1 << 30,
+            vertices: 4_000_000,
+            triangles: 4_000_000,
+            nodes: 65_536,
+            joints: 4_096,
+            keys: 16_000_000,
+            image_pixels: 8_192 * 8_192,
+        }
+    }
+}

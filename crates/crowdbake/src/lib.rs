@@ -1,0 +1,1 @@
+//! The command: plan, run the steps in order, report. The thin binary is `main.rs`.

@@ -1,0 +1,1 @@
+//! The player: open packs, run the stages, draw, show. The thin binary is `main.rs`.
