@@ -1,0 +1,22 @@
+//! Two switches for the tests of this package, so that a test that cannot run shows as ignored, with its reason:
+//! `crowd_assets` where real characters are at hand, `crowd_no_gpu` where the run opted out of GPU tests aloud.
+
+use std::path::Path;
+
+fn main() {
+    println!("cargo::rustc-check-cfg=cfg(crowd_assets)");
+    println!("cargo::rustc-check-cfg=cfg(crowd_no_gpu)");
+    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-env-changed=CROWD_ASSETS");
+    println!("cargo::rerun-if-env-changed=CROWD_NO_GPU");
+
+    let beside_the_repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/assets");
+    println!("cargo::rerun-if-changed={}", beside_the_repository.display());
+    let named = std::env::var_os("CROWD_ASSETS").filter(|v| !v.is_empty());
+    if named.is_some_and(|folder| Path::new(&folder).is_dir()) || beside_the_repository.is_dir() {
+        println!("cargo::rustc-cfg=crowd_assets");
+    }
+    if std::env::var_os("CROWD_NO_GPU").is_some_and(|v| v == "1") {
+        println!("cargo::rustc-cfg=crowd_no_gpu");
+    }
+}
