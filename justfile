@@ -1,0 +1,33 @@
+# A menu. Every recipe is one line that the README or .ci/run calls too; nothing needs `just`.
+
+# Bake the shipped cast and picture a crowd
+crowd:
+    cargo run --release -p crowdbake -- bake fixtures/cast.toml -o out/cast.crowdpack && cargo run --release -p crowdplay -- out/cast.crowdpack --headless --count 2000 --out out/crowd.png
+
+# Show the crowd in a window
+play:
+    cargo run --release -p crowdplay -- out/cast.crowdpack --count 10000
+
+# All tests, installing software Vulkan where it can
+test:
+    bash tests/run.sh
+
+# What CI runs
+ci:
+    bash .ci/run
+
+# Write fixtures/ again (the committed bytes must come out)
+fixtures:
+    cargo run --release -p crowd-fixtures -- fixtures
+
+# Accept new golden checksums (say in the commit why they moved)
+golden:
+    UPDATE_GOLDEN=1 cargo test --release -p crowd-tests --test golden
+
+# Time the simplifier
+bench:
+    cargo bench -p crowd-lod
+
+# Licences, bans and sources of the dependencies (needs cargo-deny)
+deny:
+    cargo deny check licenses bans sources
