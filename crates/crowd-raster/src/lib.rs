@@ -5,25 +5,17 @@
 //! the GPU without MSAA; [`downsample`] turns a larger picture into an antialiased one. Rows are split into bands over
 //! the rayon pool; the picture does not depend on the number of threads.
 
+pub mod ground;
+pub mod light;
+pub mod srgb;
 mod types;
 
+pub use ground::{draw_ground, draw_sky};
 pub use types::*;
 
 /// Draws a batch into the target.
 pub fn draw(target: &mut Target, view: &View, batch: &Batch<'_>) {
     let _ = (target, view, batch);
-    unimplemented!("crowd-raster: being written")
-}
-
-/// Fills the target with the sky gradient and resets depth.
-pub fn draw_sky(target: &mut Target, view: &View) {
-    let _ = (target, view);
-    unimplemented!("crowd-raster: being written")
-}
-
-/// Draws the ground plane y = 0 with a grid that fades with distance.
-pub fn draw_ground(target: &mut Target, view: &View) {
-    let _ = (target, view);
     unimplemented!("crowd-raster: being written")
 }
 

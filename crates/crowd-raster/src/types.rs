@@ -129,27 +129,3 @@ pub struct Mip {
     /// sRGB-encoded RGBA8.
     pub texels: Vec<[u8; 4]>,
 }
-
-/// Light and ground constants, the same as in `shaders/shared/light.wgsl` (a test compares them).
-pub mod light {
-    /// Towards the sun, unit length.
-    pub const SUN_DIRECTION: [f32; 3] = [0.40, 0.80, 0.447_213_6];
-    /// Linear radiance of the sun.
-    pub const SUN_COLOR: [f32; 3] = [2.0, 1.9, 1.7];
-    /// Linear ambient from above.
-    pub const SKY_AMBIENT: [f32; 3] = [0.46, 0.52, 0.62];
-    /// Linear ambient from below.
-    pub const GROUND_AMBIENT: [f32; 3] = [0.26, 0.24, 0.21];
-    /// Reflected share: colour = base * (ambient + sun * max(0, n.l)) * EXPOSURE.
-    pub const EXPOSURE: f32 = 0.55;
-    /// Linear sky at the horizon.
-    pub const SKY_HORIZON: [f32; 3] = [0.62, 0.72, 0.82];
-    /// Linear sky overhead.
-    pub const SKY_ZENITH: [f32; 3] = [0.20, 0.38, 0.68];
-    /// Linear ground.
-    pub const GROUND: [f32; 3] = [0.27, 0.27, 0.25];
-    /// Linear ground lines, one a metre, stronger each ten.
-    pub const GROUND_LINE: [f32; 3] = [0.20, 0.20, 0.19];
-    /// Ground fades into the horizon colour over this distance, metres (1 - exp(-d / this)).
-    pub const FADE_M: f32 = 180.0;
-}
