@@ -4,12 +4,14 @@
 //! are uploaded as they lie; only the manifest is bincode. A pack is untrusted input: everything is checked before use.
 
 mod contents;
+mod encode_vertex;
 mod error;
 pub mod limits;
 mod manifest;
 mod records;
 
 pub use contents::{Pack, PackContents, WriteReport};
+pub use encode_vertex::*;
 pub use error::{Error, Result};
 pub use manifest::*;
 pub use records::*;
