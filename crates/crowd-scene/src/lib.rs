@@ -1,6 +1,22 @@
-//! Where the people stand: layouts and camera paths. Later: layout files and simulator feeds.
+//! Where the people stand and who looks at them: layouts, cameras, and the text files of both.
+//!
+//! Knows nothing of meshes or of the GPU: a character is an index, a footprint and the durations of its clips. Everything
+//! is deterministic (integer hashes, `libm`): the same arguments place the same crowd on every machine.
 
-use glam::{Mat4, Vec3};
+mod camera;
+mod camera_path;
+mod error;
+mod layout_file;
+mod place;
+mod text;
+
+pub use camera::{frame_crowd, framing_crowd};
+pub use camera_path::{CameraKey, CameraPath};
+pub use error::{Error, Result};
+pub use layout_file::{parse_layout, write_layout};
+pub use place::place;
+
+use glam::Vec3;
 
 /// One individual in the crowd.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,26 +70,4 @@ pub struct Camera {
     pub near_m: f32,
     /// Far plane, metres.
     pub far_m: f32,
-}
-
-impl Camera {
-    /// World to clip space, depth 0 to 1, Y up (wgpu's convention).
-    pub fn clip_from_world(&self, aspect: f32) -> Mat4 {
-        let _ = aspect;
-        unimplemented!("crowd-scene: being written")
-    }
-}
-
-/// Places `count` instances. `clips`: which clips may play (names resolved by the caller, per kind); empty means all.
-/// Character, clip and phase come from a hash of the instance's number and `seed`: the same crowd every time.
-pub fn place(
-    layout: Layout,
-    count: u32,
-    spacing_m: f32,
-    kinds: &[Kind],
-    clips: &[Vec<u32>],
-    seed: u32,
-) -> Vec<Instance> {
-    let _ = (layout, count, spacing_m, kinds, clips, seed);
-    unimplemented!("crowd-scene: being written")
 }

@@ -1,0 +1,195 @@
+//! Cameras: matrices, orbits, and one that makes a picture of a crowd.
+
+use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
+use glam::{Mat4, Vec3};
+
+use crate::{Camera, Instance, Kind};
+
+/// Vertical field of view of the cameras made here: 45 degrees.
+const FOV_Y_RAD: f32 = std::f32::consts::FRAC_PI_4;
+/// Where the horizon lies in a crowd picture, in half picture heights above the middle.
+const HORIZON: f32 = 0.42;
+/// Crowds up to this many are shown whole; of larger ones the near people fill the picture's width.
+const SHOWN_WHOLE: usize = 64;
+
+impl Camera {
+    /// World to clip space, depth 0 to 1, Y up (wgpu's convention). `aspect`: width over height.
+    pub fn clip_from_world(&self, aspect: f32) -> Mat4 {
+        perspective(self.fov_y_rad, aspect, self.near_m, self.far_m) * self.view_from_world()
+    }
+
+    /// World to view space: looking along -Z, Y up. Straight up or down, the picture's top points to -Z.
+    pub fn view_from_world(&self) -> Mat4 {
+        let forward = self.target - self.eye;
+        let across = forward.x * forward.x + forward.z * forward.z;
+        if forward == Vec3::ZERO {
+            return look_at_mat4(self.eye, self.eye + Vec3::NEG_Z, Vec3::Y);
+        }
+        let up = if across > 1e-8 * forward.length_squared() { Vec3::Y } else { Vec3::NEG_Z };
+        look_at_mat4(self.eye, self.target, up)
+    }
+
+    /// Looks at `center` from `distance` metres. `azimuth_rad`: 0 stands on +Z (where the faces are seen), positive goes to
+    /// +X; `elevation_rad`: above the horizontal. Planes fit the distance.
+    pub fn orbit(center: Vec3, distance: f32, azimuth_rad: f32, elevation_rad: f32) -> Self {
+        let (sin_a, cos_a) = libm::sincosf(azimuth_rad);
+        let (sin_e, cos_e) = libm::sincosf(elevation_rad);
+        let away = Vec3::new(sin_a * cos_e, sin_e, cos_a * cos_e);
+        let near_m = (distance * 0.01).clamp(0.01, 0.5);
+        Self {
+            eye: center + away * distance,
+            target: center,
+            fov_y_rad: FOV_Y_RAD,
+            near_m,
+            far_m: (distance * 20.0).max(500.0),
+        }
+    }
+
+    /// The camera after `turns` full turns around the vertical through its target (1 is where it began).
+    pub fn orbited(&self, turns: f32) -> Self {
+        let (sin, cos) = libm::sincosf((turns - turns.floor()) * std::f32::consts::TAU);
+        let arm = self.eye - self.target;
+        let turned = Vec3::new(arm.x * cos + arm.z * sin, arm.y, arm.z * cos - arm.x * sin);
+        Self { eye: self.target + turned, ..*self }
+    }
+
+    /// The camera on the straight line to `other`, `t` from 0 (here) to 1 (there), held beyond both ends.
+    pub fn towards(&self, other: &Self, t: f32) -> Self {
+        let t = if t > 0.0 { t.min(1.0) } else { 0.0 };
+        let mix = |a: f32, b: f32| a * (1.0 - t) + b * t;
+        Self {
+            eye: self.eye * (1.0 - t) + other.eye * t,
+            target: self.target * (1.0 - t) + other.target * t,
+            fov_y_rad: mix(self.fov_y_rad, other.fov_y_rad),
+            near_m: mix(self.near_m, other.near_m),
+            far_m: mix(self.far_m, other.far_m),
+        }
+    }
+}
+
+/// A camera that makes a picture of the crowd: from the front (+Z), a little above the heads, near people large, the
+/// horizon in the upper third. `aspect`: width over height. The height of the people is guessed from their footprints;
+/// [`frame_crowd`] takes it where it is known.
+pub fn framing_crowd(instances: &[Instance], kinds: &[Kind], aspect: f32) -> Camera {
+    let widest = kinds.iter().map(|kind| kind.footprint_m).filter(|f| f.is_finite()).fold(0.0, f32::max);
+    frame_crowd(instances, (widest * 4.0).clamp(1.0, 2.2), aspect)
+}
+
+/// As [`framing_crowd`], for people of `height_m` metres. An empty crowd is taken as one person in the origin.
+pub fn frame_crowd(instances: &[Instance], height_m: f32, aspect: f32) -> Camera {
+    let height = if height_m.is_finite() { height_m.clamp(0.05, 100.0) } else { 1.8 };
+    let aspect = if aspect.is_finite() { aspect.clamp(0.1, 10.0) } else { 1.0 };
+    let (low, high) = extent_of(instances);
+    let (width, depth) = (high.x - low.x, high.z - low.z);
+    let middle_x = (low.x + high.x) * 0.5;
+
+    let tan_half = libm::tanf(FOV_Y_RAD * 0.5);
+    // The higher the eye, the more of the back rows is seen, and the smaller the near people: a third of a body above the
+    // heads, rising with the extent up to two bodies more.
+    let eye_height = height * 1.3 + (0.035 * depth).min(height * 2.0);
+    let pitch_tan = HORIZON * tan_half;
+    // Feet of the front row stand where the lowest ray, a little above the picture's edge, meets the ground.
+    let lowest_ray = libm::atanf(pitch_tan) + libm::atanf(tan_half) * 0.94;
+    let feet_distance = eye_height / libm::tanf(lowest_ray);
+    let whole_distance = (width * 0.5 + height * 0.4) / (tan_half * aspect);
+    let distance = if instances.len() <= SHOWN_WHOLE { feet_distance.max(whole_distance) } else { feet_distance };
+
+    let eye = Vec3::new(middle_x, low.y + eye_height, high.z + distance);
+    let reach = distance + depth * 0.5 + 1.0;
+    // Eyes a little to the side see bodies, not only a wall of faces.
+    let side = 0.18 * (distance + 0.15 * depth);
+    let eye = eye + Vec3::new(side, 0.0, 0.0);
+    let target = Vec3::new(middle_x, eye.y - pitch_tan * reach, eye.z - reach);
+    Camera {
+        eye,
+        target,
+        fov_y_rad: FOV_Y_RAD,
+        near_m: (height * 0.06).min(0.1),
+        far_m: (3.0 * (depth + width)).max(600.0),
+    }
+}
+
+/// Smallest and largest position; those not finite are passed over.
+fn extent_of(instances: &[Instance]) -> (Vec3, Vec3) {
+    let mut finite = instances.iter().map(|instance| instance.position).filter(|p| p.is_finite());
+    let Some(first) = finite.next() else { return (Vec3::ZERO, Vec3::ZERO) };
+    finite.fold((first, first), |(low, high), p| (low.min(p), high.max(p)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Layout, place};
+
+    /// Normalised device coordinates and depth of a point.
+    fn seen(camera: &Camera, aspect: f32, p: Vec3) -> Vec3 {
+        camera.clip_from_world(aspect).project_point3(p)
+    }
+
+    #[test]
+    fn depth_runs_from_0_to_1_and_up_is_up() {
+        let camera = Camera::orbit(Vec3::ZERO, 10.0, 0.0, 0.0);
+        let near = seen(&camera, 1.5, camera.eye + Vec3::NEG_Z * camera.near_m);
+        let far = seen(&camera, 1.5, camera.eye + Vec3::NEG_Z * camera.far_m);
+        assert!(near.z.abs() < 1e-4 && (far.z - 1.0).abs() < 1e-4, "{near} {far}");
+        assert!(seen(&camera, 1.5, Vec3::Y).y > 0.1 && seen(&camera, 1.5, Vec3::X).x > 0.1);
+    }
+
+    #[test]
+    fn an_orbit_starts_in_front_and_turns_towards_plus_x() {
+        let front = Camera::orbit(Vec3::Y, 4.0, 0.0, 0.0);
+        assert!((front.eye - Vec3::new(0.0, 1.0, 4.0)).length() < 1e-5);
+        let quarter = front.orbited(0.25);
+        assert!((quarter.eye - Vec3::new(4.0, 1.0, 0.0)).length() < 1e-4, "{}", quarter.eye);
+        let right = Camera::orbit(Vec3::Y, 4.0, std::f32::consts::FRAC_PI_2, 0.0);
+        assert!((right.eye - quarter.eye).length() < 1e-4);
+        assert!((front.orbited(7.0).eye - front.eye).length() < 1e-4);
+    }
+
+    #[test]
+    fn looking_straight_down_is_a_valid_camera() {
+        let above = Camera { eye: Vec3::Y * 5.0, target: Vec3::ZERO, fov_y_rad: 0.8, near_m: 0.1, far_m: 50.0 };
+        assert!(above.clip_from_world(1.0).is_finite());
+        let nowhere = Camera { target: above.eye, ..above };
+        assert!(nowhere.clip_from_world(1.0).is_finite());
+    }
+
+    #[test]
+    fn a_straight_path_ends_where_it_should() {
+        let a = Camera::orbit(Vec3::ZERO, 4.0, 0.0, 0.2);
+        let b = Camera::orbit(Vec3::ONE, 9.0, 1.0, 0.5);
+        assert_eq!((a.towards(&b, 0.0), a.towards(&b, 1.0)), (a, b));
+        assert_eq!(a.towards(&b, f32::NAN), a);
+        assert!((a.towards(&b, 0.5).eye - (a.eye + b.eye) * 0.5).length() < 1e-5);
+    }
+
+    #[test]
+    fn a_crowd_picture_has_its_horizon_in_the_upper_third_and_large_near_people() {
+        let kinds = [Kind { footprint_m: 0.45, clip_durations_s: vec![1.0] }];
+        for layout in [Layout::Grid, Layout::Disc, Layout::Ranks, Layout::Street] {
+            for count in [1, 4, 100, 10_000] {
+                let crowd = place(layout, count, 1.2, &kinds, &[], 1);
+                let camera = framing_crowd(&crowd, &kinds, 16.0 / 9.0);
+                let ahead = (camera.target - camera.eye) * Vec3::new(1.0, 0.0, 1.0);
+                let horizon = seen(&camera, 16.0 / 9.0, camera.eye + ahead * 50.0).y;
+                assert!((1.0 / 3.0..0.6).contains(&horizon), "{layout:?} {count}: {horizon}");
+                let heights = crowd.iter().map(|person| {
+                    let feet = seen(&camera, 16.0 / 9.0, person.position);
+                    let head = seen(&camera, 16.0 / 9.0, person.position + Vec3::Y * 1.8);
+                    let inside = feet.y > -1.0 && feet.x.abs() < 1.0 && head.y < 1.0 && feet.z < 1.0;
+                    if inside { (head.y - feet.y) * 0.5 } else { 0.0 }
+                });
+                let (tallest, visible) = heights.fold((0.0_f32, 0), |(t, n), h| (t.max(h), n + usize::from(h > 0.0)));
+                assert!(tallest > 0.12, "{layout:?} {count}: the tallest takes {tallest}");
+                assert!(visible as f32 >= 0.4 * count as f32, "{layout:?} {count}: {visible} visible");
+            }
+        }
+    }
+
+    #[test]
+    fn strange_crowds_still_give_a_camera() {
+        let odd = Instance { position: Vec3::NAN, yaw_rad: 0.0, scale: 1.0, character: 0, clip: 0, phase_s: 0.0 };
+        assert!(framing_crowd(&[odd], &[], f32::NAN).clip_from_world(1.0).is_finite());
+        assert!(framing_crowd(&[], &[], 1.0).clip_from_world(1.0).is_finite());
+    }
+}

@@ -1,0 +1,296 @@
+//! Places a crowd: one function a layout, everything random from one integer hash.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use crate::{Instance, Kind, Layout};
+
+/// Share of the spacing by which [`Layout::Grid`] moves a person from the exact spot, each axis, each way.
+const GRID_SHUFFLE: f32 = 0.16;
+/// Radius of the sunflower's first turn in spacings: chosen so that neighbours are at least one spacing apart.
+const SUNFLOWER: f32 = 0.62;
+/// 2 pi (2 - golden ratio): the angle between one seed of a sunflower and the next.
+const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
+
+/// What a hash is for, so that one person's numbers do not depend on each other.
+#[derive(Clone, Copy)]
+enum Purpose {
+    Character = 1,
+    Clip,
+    Phase,
+    Yaw,
+    Scale,
+    X,
+    Z,
+}
+
+/// Places `count` instances around the origin. `clips[k]`: which clips of kind `k` may play (names resolved by the caller;
+/// indices out of range are passed over); a missing or empty list means all.
+/// Character, clip and phase come from a hash of the instance's number and `seed`: the same crowd every time.
+///
+/// `spacing_m`: from one person to the next, metres; raised to twice the largest footprint so that nobody stands in
+/// another, and taken as 1 where it is not a positive number. Empty when there are no kinds. A kind without clips gets
+/// clip 0 at phase 0.
+pub fn place(
+    layout: Layout,
+    count: u32,
+    spacing_m: f32,
+    kinds: &[Kind],
+    clips: &[Vec<u32>],
+    seed: u32,
+) -> Vec<Instance> {
+    if kinds.is_empty() {
+        return Vec::new();
+    }
+    let allowed: Vec<Vec<u32>> = (0..kinds.len()).map(|k| clips_of(kinds, clips, k)).collect();
+    let wanted = if spacing_m.is_finite() && spacing_m > 0.0 { spacing_m } else { 1.0 };
+    let widest = kinds.iter().map(|kind| kind.footprint_m).filter(|f| f.is_finite()).fold(0.0, f32::max);
+    let spacing = wanted.max(2.0 * widest);
+    let side = ceil_sqrt(count);
+    (0..count)
+        .map(|index| {
+            let dice = Dice { seed, index };
+            let spot = match layout {
+                Layout::Grid => grid_spot(index, count, side, spacing, &dice),
+                Layout::Disc => disc_spot(index, spacing, &dice),
+                Layout::Ranks => ranks_spot(index, count, side, spacing),
+                Layout::Street => street_spot(index, count, side, spacing, &dice),
+            };
+            let character = dice.below(Purpose::Character, kinds.len() as u32);
+            let choice = &allowed[character as usize];
+            let clip = match choice.len() {
+                0 => 0,
+                n => choice[dice.below(Purpose::Clip, n as u32) as usize],
+            };
+            let duration = kinds[character as usize].clip_durations_s.get(clip as usize).copied().unwrap_or(0.0);
+            let duration = if duration.is_finite() { duration.max(0.0) } else { 0.0 };
+            Instance {
+                position: spot.position,
+                yaw_rad: spot.yaw_rad,
+                scale: spot.scale,
+                character,
+                clip,
+                phase_s: dice.unit(Purpose::Phase) * duration,
+            }
+        })
+        .collect()
+}
+
+/// Where and how one person stands.
+struct Spot {
+    position: Vec3,
+    yaw_rad: f32,
+    scale: f32,
+}
+
+/// Rows from the front (+Z) to the back, each centred; the last may be short.
+fn row_and_column(index: u32, count: u32, columns: u32, spacing: f32) -> Vec3 {
+    let (row, column) = (index / columns, index % columns);
+    let rows = count.div_ceil(columns);
+    let in_row = if row + 1 == rows { count - row * columns } else { columns };
+    let x = (column as f32 - (in_row - 1) as f32 * 0.5) * spacing;
+    let z = ((rows - 1) as f32 * 0.5 - row as f32) * spacing;
+    Vec3::new(x, 0.0, z)
+}
+
+fn grid_spot(index: u32, count: u32, side: u32, spacing: f32, dice: &Dice) -> Spot {
+    let shuffle = Vec3::new(dice.around_zero(Purpose::X), 0.0, dice.around_zero(Purpose::Z)) * (GRID_SHUFFLE * spacing);
+    Spot {
+        position: row_and_column(index, count, side, spacing) + shuffle,
+        yaw_rad: dice.around_zero(Purpose::Yaw) * 0.6,
+        scale: 1.0 + 0.06 * dice.around_zero(Purpose::Scale),
+    }
+}
+
+fn ranks_spot(index: u32, count: u32, side: u32, spacing: f32) -> Spot {
+    Spot { position: row_and_column(index, count, side, spacing), yaw_rad: 0.0, scale: 1.0 }
+}
+
+fn disc_spot(index: u32, spacing: f32, dice: &Dice) -> Spot {
+    let radius = f64::from(spacing * SUNFLOWER) * (f64::from(index) + 0.5).sqrt();
+    let angle = f64::from(index) * GOLDEN_ANGLE_RAD;
+    let position = Vec3::new((radius * libm::sin(angle)) as f32, 0.0, (radius * libm::cos(angle)) as f32);
+    Spot {
+        position,
+        yaw_rad: dice.around_zero(Purpose::Yaw) * 0.9,
+        scale: 1.0 + 0.06 * dice.around_zero(Purpose::Scale),
+    }
+}
+
+/// Even numbers walk along +Z on the right of the street's middle (-X), odd ones towards them on the other side.
+fn street_spot(index: u32, count: u32, side: u32, spacing: f32, dice: &Dice) -> Spot {
+    let lanes = side.div_ceil(5).max(1);
+    let towards = index % 2 == 0;
+    let place = index / 2;
+    let rows = count.div_ceil(2).div_ceil(lanes);
+    let (row, lane) = (place / lanes, place % lanes);
+    let x = (lane as f32 + 1.0 + 0.12 * dice.around_zero(Purpose::X)) * spacing;
+    let z = ((rows - 1) as f32 * 0.5 - row as f32 + 0.3 * dice.around_zero(Purpose::Z)) * spacing;
+    let sway = dice.around_zero(Purpose::Yaw) * 0.08;
+    Spot {
+        position: Vec3::new(if towards { -x } else { x }, 0.0, z),
+        yaw_rad: if towards { sway } else { PI + sway },
+        scale: 1.0 + 0.06 * dice.around_zero(Purpose::Scale),
+    }
+}
+
+/// Clips kind `k` may play: those asked for that exist, else all it has.
+fn clips_of(kinds: &[Kind], clips: &[Vec<u32>], k: usize) -> Vec<u32> {
+    let existing = kinds[k].clip_durations_s.len() as u32;
+    let asked: Vec<u32> =
+        clips.get(k).map(|list| list.iter().copied().filter(|&c| c < existing).collect()).unwrap_or_default();
+    if asked.is_empty() { (0..existing).collect() } else { asked }
+}
+
+/// Smallest whole number whose square holds `count`, at least 1.
+fn ceil_sqrt(count: u32) -> u32 {
+    let mut side = f64::from(count).sqrt() as u64;
+    while side * side < u64::from(count) {
+        side += 1;
+    }
+    (side as u32).max(1)
+}
+
+/// The random numbers of one person.
+struct Dice {
+    seed: u32,
+    index: u32,
+}
+
+impl Dice {
+    /// 32 random bits: two rounds of the PCG output permutation (O'Neill 2014), as shaders use it.
+    fn bits(&self, purpose: Purpose) -> u32 {
+        let seeded = permute(self.seed.wrapping_mul(0x9E37_79B9) ^ purpose as u32);
+        permute(permute(self.index ^ seeded).wrapping_add(seeded))
+    }
+
+    /// 0 to below 1.
+    fn unit(&self, purpose: Purpose) -> f32 {
+        (self.bits(purpose) >> 8) as f32 / (1 << 24) as f32
+    }
+
+    /// -1 to below 1.
+    fn around_zero(&self, purpose: Purpose) -> f32 {
+        self.unit(purpose) * 2.0 - 1.0
+    }
+
+    /// 0 to below `end`, which is not 0.
+    fn below(&self, purpose: Purpose, end: u32) -> u32 {
+        ((u64::from(self.bits(purpose)) * u64::from(end)) >> 32) as u32
+    }
+}
+
+fn permute(value: u32) -> u32 {
+    let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (word >> 22) ^ word
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const LAYOUTS: [Layout; 4] = [Layout::Grid, Layout::Disc, Layout::Ranks, Layout::Street];
+
+    fn kinds() -> Vec<Kind> {
+        vec![
+            Kind { footprint_m: 0.3, clip_durations_s: vec![1.0, 2.0, 0.5] },
+            Kind { footprint_m: 0.4, clip_durations_s: vec![4.0] },
+            Kind { footprint_m: 0.2, clip_durations_s: vec![] },
+        ]
+    }
+
+    /// Smallest distance between two people.
+    fn closest(crowd: &[Instance]) -> f32 {
+        let mut closest = f32::INFINITY;
+        for (i, a) in crowd.iter().enumerate() {
+            for b in &crowd[i + 1..] {
+                closest = closest.min(a.position.distance(b.position));
+            }
+        }
+        closest
+    }
+
+    proptest! {
+        #[test]
+        fn any_crowd_is_whole_repeatable_and_in_range(
+            which in 0_usize..4, count in 0_u32..400, spacing in 0.2_f32..5.0, seed: u32,
+            asked in proptest::collection::vec(proptest::collection::vec(0_u32..6, 0..3), 0..4),
+        ) {
+            let kinds = kinds();
+            let crowd = place(LAYOUTS[which], count, spacing, &kinds, &asked, seed);
+            prop_assert_eq!(crowd.len(), count as usize);
+            prop_assert_eq!(&crowd, &place(LAYOUTS[which], count, spacing, &kinds, &asked, seed));
+            for person in &crowd {
+                let kind = &kinds[person.character as usize];
+                prop_assert!(person.position.is_finite() && person.position.y == 0.0 && person.scale > 0.5);
+                match kind.clip_durations_s.get(person.clip as usize) {
+                    Some(&duration) => prop_assert!((0.0..duration).contains(&person.phase_s)),
+                    None => prop_assert!(person.clip == 0 && person.phase_s == 0.0),
+                }
+                let asked: Vec<u32> = asked.get(person.character as usize).into_iter().flatten().copied()
+                    .filter(|&c| (c as usize) < kind.clip_durations_s.len()).collect();
+                prop_assert!(asked.is_empty() || asked.contains(&person.clip));
+            }
+        }
+
+        #[test]
+        fn people_keep_their_distance(which in 0_usize..4, count in 2_u32..300, spacing in 0.9_f32..3.0, seed: u32) {
+            let least = [1.0 - 2.0 * GRID_SHUFFLE, 0.95, 0.999, 0.39][which] * spacing;
+            let crowd = place(LAYOUTS[which], count, spacing, &kinds(), &[], seed);
+            prop_assert!(closest(&crowd) >= least, "{} < {least}", closest(&crowd));
+        }
+
+        #[test]
+        fn a_crowd_stands_around_the_origin(which in 0_usize..4, count in 1_u32..2000) {
+            let crowd = place(LAYOUTS[which], count, 1.0, &kinds(), &[], 5);
+            let middle = crowd.iter().map(|p| p.position).sum::<Vec3>() / count as f32;
+            prop_assert!(middle.length() < 3.0, "{middle}");
+        }
+    }
+
+    #[test]
+    fn ranks_are_straight_and_look_ahead() {
+        let crowd = place(Layout::Ranks, 9, 2.0, &kinds(), &[], 1);
+        let expected = [[-2.0, 2.0], [0.0, 2.0], [2.0, 2.0], [-2.0, 0.0]];
+        for (person, [x, z]) in crowd.iter().zip(expected) {
+            assert_eq!(person.position, Vec3::new(x, 0.0, z));
+            assert_eq!((person.yaw_rad, person.scale), (0.0, 1.0));
+        }
+    }
+
+    #[test]
+    fn a_street_has_two_opposing_streams() {
+        let crowd = place(Layout::Street, 1000, 1.0, &kinds(), &[], 3);
+        let ahead = crowd.iter().filter(|p| p.yaw_rad.abs() < 0.1).count();
+        let back = crowd.iter().filter(|p| (p.yaw_rad - PI).abs() < 0.1).count();
+        assert_eq!((ahead, back), (500, 500));
+        assert!(crowd.iter().all(|p| (p.position.x < 0.0) == (p.yaw_rad < 1.0)));
+    }
+
+    #[test]
+    fn a_large_footprint_widens_the_spacing() {
+        let giant = [Kind { footprint_m: 3.0, clip_durations_s: vec![1.0] }];
+        assert!(closest(&place(Layout::Ranks, 16, 1.0, &giant, &[], 0)) >= 6.0);
+    }
+
+    #[test]
+    fn another_seed_is_another_crowd_and_all_characters_come() {
+        let kinds = kinds();
+        let crowd = place(Layout::Grid, 3000, 1.0, &kinds, &[], 1);
+        assert_ne!(crowd, place(Layout::Grid, 3000, 1.0, &kinds, &[], 2));
+        for k in 0..3 {
+            let share = crowd.iter().filter(|p| p.character == k).count();
+            assert!((850..1150).contains(&share), "{share}");
+        }
+    }
+
+    #[test]
+    fn no_kinds_and_no_spacing_are_answered_without_panic() {
+        assert!(place(Layout::Grid, 10, 1.0, &[], &[], 0).is_empty());
+        let crowd = place(Layout::Disc, 10, f32::NAN, &kinds(), &[], 0);
+        assert!(crowd.iter().all(|p| p.position.is_finite()));
+    }
+}

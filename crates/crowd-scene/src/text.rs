@@ -1,0 +1,61 @@
+//! The lines of our text files: a heading, comments from `#` to the line's end, numbers between blanks.
+
+use crate::{Error, Result};
+
+/// Coordinates beyond this are refused, metres: f32 keeps 6 cm there.
+pub(crate) const FARTHEST_M: f32 = 1.0e6;
+
+/// A line with something in it, and its number from 1.
+pub(crate) struct Line<'a> {
+    pub(crate) number: usize,
+    words: Vec<&'a str>,
+}
+
+/// Lines after the heading that are not empty, split into at most 32 words.
+///
+/// # Errors
+/// [`Error::Format`] when the first line is not `heading`.
+pub(crate) fn lines_after<'a>(text: &'a str, heading: &str) -> Result<impl Iterator<Item = Line<'a>> + use<'a>> {
+    let first = text.lines().next().unwrap_or("").trim_start_matches('\u{feff}').trim_end();
+    if first != heading {
+        return Err(wrong(1, first, &format!("`{heading}`")));
+    }
+    Ok(text.lines().enumerate().skip(1).filter_map(|(index, line)| {
+        let words: Vec<&str> = line.split('#').next().unwrap_or("").split_whitespace().take(32).collect();
+        (!words.is_empty()).then_some(Line { number: index + 1, words })
+    }))
+}
+
+impl Line<'_> {
+    /// Refuses any other number of words.
+    pub(crate) fn must_have(&self, count: usize, names: &str) -> Result<()> {
+        if self.words.len() == count {
+            return Ok(());
+        }
+        Err(wrong(self.number, &format!("{} words", self.words.len()), &format!("{count}: {names}")))
+    }
+
+    /// A finite number within `low..=high`.
+    pub(crate) fn number_in(&self, word: usize, name: &str, low: f32, high: f32) -> Result<f32> {
+        let found = self.words.get(word).copied().unwrap_or("");
+        match found.parse::<f32>() {
+            Ok(value) if value >= low && value <= high => Ok(value),
+            _ => Err(wrong(self.number, found, &format!("{name}, a number from {low} to {high}"))),
+        }
+    }
+
+    /// A whole number below `end`.
+    pub(crate) fn index_below(&self, word: usize, name: &str, end: usize) -> Result<u32> {
+        let found = self.words.get(word).copied().unwrap_or("");
+        match found.parse::<u32>() {
+            Ok(value) if (value as usize) < end => Ok(value),
+            _ => Err(wrong(self.number, found, &format!("{name}, a whole number below {end}"))),
+        }
+    }
+}
+
+/// A refusal that quotes at most the first 60 characters.
+pub(crate) fn wrong(line: usize, found: &str, expected: &str) -> Error {
+    let quoted: String = found.chars().take(60).collect();
+    Error::Format { line, found: format!("`{}`", quoted.escape_debug()), expected: expected.to_owned() }
+}
