@@ -1,7 +1,6 @@
 //! A pack in memory: [`PackContents`] owned for writing, [`Pack`] checked for reading.
 
-use crate::{CharacterRecord, ClipRecord, ImageRecord, LodRecord, Manifest, MaterialRecord, Result, VertexRecord};
-use std::path::Path;
+use crate::{CharacterRecord, ClipRecord, ImageRecord, LodRecord, Manifest, MaterialRecord, VertexRecord};
 
 /// Everything that goes into a pack. All characters share one section per kind of data (Dong 2019 §5).
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -43,42 +42,14 @@ pub struct WriteReport {
     pub sections: Vec<(String, u64)>,
 }
 
-impl PackContents {
-    /// The file's bytes. The same contents give the same bytes.
-    ///
-    /// # Errors
-    /// The same checks as [`Pack::from_bytes`]: what could not be read back is not written.
-    pub fn to_bytes(&self) -> Result<Vec<u8>> {
-        unimplemented!("crowd-pack: being written")
-    }
-
-    /// Writes under a temporary name in the same folder and renames: the old file or the new one, never half.
-    pub fn write(&self, path: &Path) -> Result<WriteReport> {
-        let _ = path;
-        unimplemented!("crowd-pack: being written")
-    }
-}
-
 /// A pack that passed every check; the slices can be trusted (indices in range, tables monotone, collapse targets below
 /// their vertices, finite numbers, images within their section).
 #[derive(Debug)]
 pub struct Pack {
-    contents: PackContents,
+    pub(crate) contents: PackContents,
 }
 
 impl Pack {
-    /// Reads and checks a file.
-    pub fn open(path: &Path) -> Result<Self> {
-        let _ = path;
-        unimplemented!("crowd-pack: being written")
-    }
-
-    /// Checks the bytes of a file.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
-        let _ = bytes;
-        unimplemented!("crowd-pack: being written")
-    }
-
     /// The checked contents.
     pub fn contents(&self) -> &PackContents {
         &self.contents

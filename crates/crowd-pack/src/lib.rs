@@ -3,12 +3,17 @@
 //! `docs/FORMAT.md` describes the bytes for readers in other languages. GPU sections are raw little-endian records that
 //! are uploaded as they lie; only the manifest is bincode. A pack is untrusted input: everything is checked before use.
 
+mod check_contents;
+mod check_manifest;
 mod contents;
 mod encode_vertex;
 mod error;
+pub mod layout;
 pub mod limits;
 mod manifest;
+mod read_pack;
 mod records;
+mod write_pack;
 
 pub use contents::{Pack, PackContents, WriteReport};
 pub use encode_vertex::*;

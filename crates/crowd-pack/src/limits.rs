@@ -6,6 +6,16 @@ pub const PACK_BYTES: u64 = 8 << 30;
 pub const CHARACTERS: u64 = 4_096;
 /// Vertices of one character: 22 bits leave ten for instances in debug views.
 pub const VERTICES_PER_CHARACTER: u64 = 1 << 22;
+/// Triangles of one character: twice the vertices, as closed meshes have, and as much again for open ones.
+pub const TRIANGLES_PER_CHARACTER: u64 = 1 << 24;
+/// Clips of one character: more is a motion library, which wants its own file.
+pub const CLIPS_PER_CHARACTER: u64 = 65_536;
+/// Materials of one character: vertices address them with 16 bits.
+pub const MATERIALS_PER_CHARACTER: u64 = 65_535;
+/// Images: keeps the texture table of a pack within what a GPU can list.
+pub const IMAGES: u64 = 65_536;
+/// Pixels along one side of an image: the largest texture of desktop GPUs.
+pub const IMAGE_SIDE_PX: u32 = 32_768;
 /// Joints of one character: vertices address them with 16 bits.
 pub const JOINTS_PER_CHARACTER: u64 = 4_096;
 /// Bytes of the decoded manifest: bounds what bincode may allocate.

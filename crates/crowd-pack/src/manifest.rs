@@ -103,6 +103,14 @@ pub struct ManifestTrack {
     pub value_count: u32,
 }
 
+impl ManifestTrack {
+    /// Floats of one key: 3 (translation, scale) or 4 (rotation), three times that for cubic splines.
+    pub fn floats_per_key(&self) -> u64 {
+        let floats = if self.property == 1 { 4 } else { 3 };
+        if self.interpolation == 2 { floats * 3 } else { floats }
+    }
+}
+
 /// A part of the source: triangles with one material.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ManifestPart {

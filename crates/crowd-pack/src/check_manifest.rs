@@ -1,0 +1,166 @@
+//! Encodes, decodes and checks the manifest: bincode 2, standard configuration, with a byte limit.
+
+use crate::check_contents::{expect, expect_finite};
+use crate::layout::{format_error, refuse_above};
+use crate::{CharacterRecord, Manifest, ManifestCharacter, ManifestTrack, PackContents, Result, limits};
+use std::collections::BTreeSet;
+
+fn configuration() -> impl bincode::config::Config {
+    bincode::config::standard().with_limit::<{ limits::MANIFEST_BYTES }>()
+}
+
+/// The manifest's bytes.
+pub(crate) fn encode_manifest(manifest: &Manifest) -> Result<Vec<u8>> {
+    let bytes = bincode::serde::encode_to_vec(manifest, configuration())
+        .map_err(|error| format_error("manifest", error, "what bincode can encode"))?;
+    refuse_above("bytes of the manifest", bytes.len() as u64, limits::MANIFEST_BYTES as u64)?;
+    Ok(bytes)
+}
+
+/// The manifest of these bytes, which it must use up and give back unchanged (no second way to write one manifest).
+pub(crate) fn decode_manifest(bytes: &[u8]) -> Result<Manifest> {
+    refuse_above("bytes of the manifest", bytes.len() as u64, limits::MANIFEST_BYTES as u64)?;
+    let (manifest, used): (Manifest, usize) = bincode::serde::decode_from_slice(bytes, configuration())
+        .map_err(|error| format_error("manifest", error, "a bincode manifest of this version"))?;
+    expect(used == bytes.len(), || "manifest: bytes used", used, || bytes.len().to_string())?;
+    let same = encode_manifest(&manifest)? == bytes;
+    expect(same, || "manifest: encoding", "a longer one", || "the shortest".to_owned())?;
+    Ok(manifest)
+}
+
+/// The manifest against the records; those are checked already.
+pub(crate) fn check_manifest(contents: &PackContents) -> Result<()> {
+    let mut names = BTreeSet::new();
+    for (index, character) in contents.manifest.characters.iter().enumerate() {
+        let name = character.name.as_str();
+        let here = |field: &str| format!("manifest: character {index} `{}`: {field}", name.escape_debug());
+        let fits = !name.is_empty() && names.insert(name);
+        expect(fits, || here("name"), name.escape_debug(), || "a name no other character has".to_owned())?;
+        check_character(contents, &contents.characters[index], character, &here)?;
+    }
+    Ok(())
+}
+
+fn check_character(
+    contents: &PackContents,
+    record: &CharacterRecord,
+    character: &ManifestCharacter,
+    here: &dyn Fn(&str) -> String,
+) -> Result<()> {
+    let lengths = [
+        ("joints", character.joints.len(), record.joint_count),
+        ("clips", character.clips.len(), record.clip_count),
+        ("materials", character.materials.len(), record.material_count),
+    ];
+    for (field, found, count) in lengths {
+        expect(found == count as usize, || here(field), found, || format!("{count}, as the record says"))?;
+    }
+    let fps = character.fps;
+    expect(fps.is_finite() && fps >= 0.0, || here("frames a second"), fps, || "finite, at least 0".to_owned())?;
+    check_nodes(character, here)?;
+    check_tracks(contents, character, here)?;
+    for (number, part) in character.parts.iter().enumerate() {
+        let allowed = || format!("below {}", record.material_count);
+        let fits = part.material < record.material_count;
+        expect(fits, || here(&format!("part {number}: material")), part.material, allowed)?;
+    }
+    check_levels(contents, record, character, here)
+}
+
+fn check_nodes(character: &ManifestCharacter, here: &dyn Fn(&str) -> String) -> Result<()> {
+    for (number, node) in character.nodes.iter().enumerate() {
+        if let Some(parent) = node.parent {
+            let fits = (parent as usize) < number;
+            expect(fits, || here(&format!("node {number}: parent")), parent, || format!("below {number}"))?;
+        }
+        for numbers in [node.translation.as_slice(), &node.rotation, &node.scale] {
+            expect_finite(numbers, || here(&format!("node {number}: transform")))?;
+        }
+    }
+    let nodes = character.nodes.len();
+    for (number, joint) in character.joints.iter().enumerate() {
+        let fits = (joint.node as usize) < nodes;
+        expect(fits, || here(&format!("joint {number}: node")), joint.node, || format!("below {nodes}"))?;
+        expect_finite(&joint.inverse_bind, || here(&format!("joint {number}: inverse bind matrix")))?;
+    }
+    Ok(())
+}
+
+fn check_tracks(contents: &PackContents, character: &ManifestCharacter, here: &dyn Fn(&str) -> String) -> Result<()> {
+    let mut names = BTreeSet::new();
+    for (number, clip) in character.clips.iter().enumerate() {
+        let allowed = || "a name no other clip of the character has".to_owned();
+        expect(
+            names.insert(clip.name.as_str()),
+            || here(&format!("clip {number}: name")),
+            clip.name.escape_debug(),
+            allowed,
+        )?;
+        for (track_number, track) in clip.tracks.iter().enumerate() {
+            let place = |field: &str| here(&format!("clip {number}: track {track_number}: {field}"));
+            check_track(&contents.track_values, character.nodes.len(), track, &place)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_track(values: &[f32], nodes: usize, track: &ManifestTrack, place: &dyn Fn(&str) -> String) -> Result<()> {
+    expect((track.node as usize) < nodes, || place("node"), track.node, || format!("below {nodes}"))?;
+    expect(track.property <= 2, || place("property"), track.property, || "0 to 2".to_owned())?;
+    expect(track.interpolation <= 2, || place("interpolation"), track.interpolation, || "0 to 2".to_owned())?;
+    expect(track.key_count >= 1, || place("keys"), track.key_count, || "at least 1".to_owned())?;
+    let floats = track.floats_per_key() * u64::from(track.key_count);
+    let found = track.value_count;
+    expect(
+        u64::from(found) == floats,
+        || place("values"),
+        found,
+        || format!("{floats}, for {} keys", track.key_count),
+    )?;
+    let slice = |offset: u32, count: u32| values.get(offset as usize..offset as usize + count as usize);
+    let end = || format!("within the {} floats of the section", values.len());
+    let Some(times) = slice(track.time_offset, track.key_count) else {
+        return Err(format_error(
+            place("times"),
+            format!("{} floats at {}", track.key_count, track.time_offset),
+            end(),
+        ));
+    };
+    let Some(curve) = slice(track.value_offset, track.value_count) else {
+        return Err(format_error(place("values"), format!("{} floats at {}", found, track.value_offset), end()));
+    };
+    expect_finite(curve, || place("values"))?;
+    let rising = times.iter().all(|t| t.is_finite()) && times.windows(2).all(|pair| pair[0] < pair[1]);
+    expect(rising, || place("times"), "other numbers", || "finite, strictly increasing".to_owned())
+}
+
+fn check_levels(
+    contents: &PackContents,
+    record: &CharacterRecord,
+    character: &ManifestCharacter,
+    here: &dyn Fn(&str) -> String,
+) -> Result<()> {
+    let lods = &contents.lods[record.lod_offset as usize..][..record.vertex_count as usize + 1];
+    let is_level = |vertex_count: u32, triangle_count: u32| {
+        let lod = lods.get(vertex_count as usize);
+        lod.is_some_and(|lod| lod.vertex_count == vertex_count && lod.triangle_count == triangle_count)
+    };
+    let mut last = 0;
+    for (number, level) in character.levels.iter().enumerate() {
+        let fits = is_level(level.vertex_count, level.triangle_count) && level.vertex_count > last;
+        let allowed = || "rising levels of the LOD table".to_owned();
+        expect(fits, || here(&format!("level {number}")), format!("{level:?}"), allowed)?;
+        expect_finite(&[level.error_m], || here(&format!("level {number}: error")))?;
+        last = level.vertex_count;
+    }
+    for (number, level) in character.measured.iter().enumerate() {
+        let clip = (level.max_clip < record.clip_count)
+            .then(|| &contents.clips[(record.clip_offset + level.max_clip) as usize]);
+        let in_clip = clip.is_some_and(|clip| level.max_frame < clip.frame_count);
+        let fits = is_level(level.vertex_count, level.triangle_count) && in_clip;
+        let allowed = || "a level of the LOD table, a clip and a frame of the character".to_owned();
+        expect(fits, || here(&format!("measured level {number}")), format!("{level:?}"), allowed)?;
+        expect_finite(&[level.rms_m, level.max_m], || here(&format!("measured level {number}: distance")))?;
+    }
+    Ok(())
+}

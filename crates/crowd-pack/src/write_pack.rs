@@ -1,0 +1,96 @@
+//! From [`PackContents`] to bytes and to a file.
+
+use crate::check_contents::check_contents;
+use crate::check_manifest::encode_manifest;
+use crate::layout::{SECTIONS, align_up, join_sections};
+use crate::{Error, ImageRecord, PackContents, Result, WriteReport};
+use std::io::Write;
+use std::path::Path;
+
+impl PackContents {
+    /// Adds an encoded image, or finds the same one, and gives its index into `images`.
+    ///
+    /// `encoding`: 0 PNG, 1 JPEG, 2 WebP. Pads `image_bytes` so that the image starts at a multiple of 64.
+    pub fn add_image(&mut self, encoded: &[u8], width: u32, height: u32, encoding: u32) -> u32 {
+        let same = |image: &ImageRecord| {
+            let start = image.byte_offset as usize;
+            image.encoding == encoding
+                && self.image_bytes.get(start..start + image.byte_count as usize) == Some(encoded)
+        };
+        if let Some(index) = self.images.iter().position(same) {
+            return index as u32;
+        }
+        self.image_bytes.resize(align_up(self.image_bytes.len()), 0);
+        let byte_offset = self.image_bytes.len() as u64;
+        self.image_bytes.extend_from_slice(encoded);
+        let byte_count = encoded.len() as u64;
+        self.images.push(ImageRecord { byte_offset, byte_count, width, height, encoding, reserved: 0 });
+        self.images.len() as u32 - 1
+    }
+
+    /// The file's bytes. The same contents give the same bytes.
+    ///
+    /// # Errors
+    /// The same checks as [`crate::Pack::from_bytes`]: what could not be read back is not written.
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        check_contents(self)?;
+        join_sections(&self.sections(&encode_manifest(&self.manifest)?))
+    }
+
+    /// Writes under a temporary name in the same folder and renames: the old file or the new one, never half.
+    ///
+    /// The bytes are on the disk before the rename. The file gets the permissions of any new file.
+    ///
+    /// # Errors
+    /// What [`Self::to_bytes`] refuses, and [`Error::Io`] with the path; the old file is untouched then.
+    pub fn write(&self, path: &Path) -> Result<WriteReport> {
+        let bytes = self.to_bytes()?;
+        write_whole(path, &bytes).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+        let manifest_bytes = encode_manifest(&self.manifest)?;
+        let lengths = self.sections(&manifest_bytes).map(|section| section.len() as u64);
+        let sections = SECTIONS.iter().zip(lengths).map(|((name, _), bytes)| ((*name).to_owned(), bytes)).collect();
+        Ok(WriteReport { pack_bytes: bytes.len() as u64, sections })
+    }
+
+    /// The sections' bytes in file order.
+    fn sections<'a>(&'a self, manifest: &'a [u8]) -> [&'a [u8]; SECTIONS.len()] {
+        use bytemuck::cast_slice;
+        [
+            manifest,
+            cast_slice(&self.characters),
+            cast_slice(&self.vertices),
+            cast_slice(&self.triangles),
+            cast_slice(&self.collapse_map),
+            cast_slice(&self.lods),
+            cast_slice(&self.clips),
+            cast_slice(&self.animation),
+            cast_slice(&self.inverse_binds),
+            cast_slice(&self.materials),
+            cast_slice(&self.images),
+            &self.image_bytes,
+            cast_slice(&self.track_values),
+        ]
+    }
+}
+
+/// Writes a file as a whole or not at all.
+fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".crowdpack-");
+    // Temporary files are private by default; the umask takes away from this what the user does not want to share.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path)?;
+    // The rename lasts through a power cut only once the folder is on the disk. The new file is in place by now, so a
+    // system that cannot sync folders is no failure of ours.
+    #[cfg(unix)]
+    let _ = std::fs::File::open(folder).and_then(|folder| folder.sync_all());
+    Ok(())
+}
