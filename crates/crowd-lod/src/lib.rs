@@ -4,53 +4,73 @@
 //! collapse half-edges in the order of a quadric error averaged over all frames of all clips. The default criteria test
 //! wedges per collapse instead of once (see [`Criteria::Wedge`]).
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
+//!
+//! One module a step: `split_seams`, `classify`, `quadrics`, `criteria`, `collapse` (on a `topology`), `reorder`, `reform`,
+//! `measure`.
 
+mod classify;
+mod closest;
+mod collapse;
+mod criteria;
+#[cfg(test)]
+mod lib_tests;
+mod measure;
+mod quadrics;
+mod reform;
+mod reorder;
+mod split_seams;
+#[cfg(test)]
+mod test_meshes;
+mod topology;
 mod types;
+mod validate;
 
+pub use measure::measure_level;
+pub use reform::reform;
 pub use types::*;
 
 /// Simplifies a mesh down to its fixed set and returns the whole order.
 ///
-/// `progress` is called now and then with the share done, 0..=1, from one thread.
+/// The cost of a collapse is the quadric error averaged over the frames of `poses` by their weights. Frames are used
+/// all, unless positions times frames would need more than 1.5 GB; then as many as fit, drawn evenly by weight.
+/// `progress` is called now and then with the share done, 0..=1, from one thread. A mesh without triangles gives an order
+/// with one empty level.
 ///
 /// # Errors
 /// [`Error::Parameter`] when the slices disagree or hold indices or numbers that are not allowed.
+///
+/// Paper: Peng 2011 §4. Departs: link condition and flip test guard both criteria, so that every level is a valid mesh.
+/// Cost: about (vertices x frames) to build, and per collapse some ten evaluations over all frames.
 pub fn simplify(
     mesh: &LodMesh<'_>,
     poses: &LodPoses<'_>,
     options: &LodOptions,
     progress: &(dyn Fn(f32) + Sync),
 ) -> Result<CollapseOrder> {
-    let _ = (mesh, poses, options, progress);
-    unimplemented!("crowd-lod: being written")
+    validate::validate_mesh(mesh)?;
+    validate::validate_poses(mesh, poses)?;
+    let split = split_seams::split_seams(mesh);
+    let classes = classify::classify_wedges(&split);
+    let mut topology = topology::Topology::new(&split);
+    let mut quadrics = quadrics::Quadrics::build(mesh, poses, &split, &classes.edge_kinds);
+    let rules =
+        criteria::Rules::new(mesh, poses, &split, options.criteria, &classes.non_manifold, &classes.wedge_class);
+    let normals: Vec<[f32; 3]> = split.variant_source.iter().map(|&v| mesh.normals[v as usize]).collect();
+    let steps = collapse::collapse_edges(&split, &normals, &mut topology, &mut quadrics, &rules, progress);
+    drop(quadrics);
+    let mut order = reorder::reorder_by_collapse(&split, &classes.wedge_class, &steps, classes.report);
+    order.measured = measure::measure_levels(mesh, poses, &order, options);
+    Ok(order)
 }
 
 /// Seams and classes alone, without simplifying: what `inspect` shows of a source asset.
-pub fn classify(mesh: &LodMesh<'_>, criteria: Criteria) -> Result<SeamReport> {
-    let _ = (mesh, criteria);
-    unimplemented!("crowd-lod: being written")
-}
-
-/// The triangles of the prefix with `vertex_count` vertices: the first `q` triangles with every index looked up in the
-/// collapse map until it is below `vertex_count` (Peng 2011 §5.2, triangle reformation).
-pub fn reform(triangles: &[[u32; 3]], collapse_map: &[u32], vertex_count: u32, triangle_count: u32) -> Vec<[u32; 3]> {
-    let _ = (triangles, collapse_map, vertex_count, triangle_count);
-    unimplemented!("crowd-lod: being written")
-}
-
-/// Measures how far a level lies from full detail: two-sided closest-point distance over the poses given.
 ///
-/// `order` arrays as in [`CollapseOrder`], `positions`/`joints`/`weights` in the order's vertex order. At most
-/// `samples_per_frame` points a side and frame, the same ones on every machine.
-pub fn measure_level(
-    positions: &[[f32; 3]],
-    joints: &[[u16; 4]],
-    weights: &[[f32; 4]],
-    triangles: &[[u32; 3]],
-    level_triangles: &[[u32; 3]],
-    poses: &LodPoses<'_>,
-    samples_per_frame: u32,
-) -> MeasuredError {
-    let _ = (positions, joints, weights, triangles, level_triangles, poses, samples_per_frame);
-    unimplemented!("crowd-lod: being written")
+/// Classes do not depend on `criteria`: [`Criteria::Wedge`] starts from the same seams and only tests them later.
+///
+/// # Errors
+/// [`Error::Parameter`] when the slices disagree or hold indices or numbers that are not allowed.
+pub fn classify(mesh: &LodMesh<'_>, criteria: Criteria) -> Result<SeamReport> {
+    let _ = criteria;
+    validate::validate_mesh(mesh)?;
+    Ok(classify::classify_wedges(&split_seams::split_seams(mesh)).report)
 }

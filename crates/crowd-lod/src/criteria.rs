@@ -1,0 +1,216 @@
+//! Which collapses are allowed: seams, borders, topology and flips (Peng 2011 §4.2).
+
+use crate::quadrics::{choose_frames, cross, dot, pose_position, sub};
+use crate::split_seams::SplitMesh;
+use crate::topology::{Spoke, Topology};
+use crate::{Criteria, LodMesh, LodPoses, VertexClass};
+
+/// Posed frames, besides the bind pose, in which triangles may not flip.
+const FLIP_FRAMES: usize = 4;
+/// Cosine of the most that a triangle may turn in one collapse.
+const MIN_TURN_COS: f32 = 0.2;
+/// Twice the texture area below which a triangle has no side in the texture: a thousandth of a texel at 1024².
+const MIN_UV_AREA: f64 = 2.0e-9;
+/// Positions with more triangles stay until they have fewer: to move a hub would make a fan of slivers, slowly.
+pub(crate) const MAX_MOVED_VALENCE: usize = 128;
+
+/// Why a collapse is not allowed; later members were reached only by passing the earlier ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Obstacle {
+    /// The position may not move at all, or only along its border.
+    Fixed,
+    /// A wedge has no image, or several.
+    Seam,
+    /// The surface would not stay a surface.
+    Topology,
+    /// A triangle would flip in space or in the texture.
+    Flip,
+}
+
+/// The rules and what they look at that does not change.
+#[derive(Debug)]
+pub(crate) struct Rules {
+    /// Positions that never move.
+    locked: Vec<bool>,
+    /// Wedges each position had at full detail, where all must keep an image (Peng 2011); else empty.
+    required_wedges: Vec<u32>,
+    variant_wedge: Vec<u32>,
+    wedge_uvs: Vec<[f64; 2]>,
+    /// Positions in bind pose and in some frames.
+    posed: Vec<Vec<[f32; 3]>>,
+}
+
+impl Rules {
+    /// Prepares the rules for a mesh.
+    pub fn new(
+        mesh: &LodMesh<'_>,
+        poses: &LodPoses<'_>,
+        split: &SplitMesh,
+        criteria: Criteria,
+        non_manifold: &[bool],
+        wedge_class: &[VertexClass],
+    ) -> Self {
+        let mut locked = non_manifold.to_vec();
+        let mut required_wedges = Vec::new();
+        if criteria == Criteria::Peng2011 {
+            required_wedges = vec![0; locked.len()];
+            for (wedge, &class) in wedge_class.iter().enumerate() {
+                let p = split.wedge_position[wedge] as usize;
+                locked[p] |= class == VertexClass::Fixed;
+                required_wedges[p] += 1;
+            }
+        }
+        let bind = split.position_source.iter().map(|&v| mesh.positions[v as usize]).collect();
+        let mut posed: Vec<Vec<[f32; 3]>> = vec![bind];
+        for (frame, _) in choose_frames(poses.frame_weights, FLIP_FRAMES) {
+            let palette = &poses.palettes[frame * poses.joint_count..][..poses.joint_count];
+            let pose = |&v: &u32| {
+                let v = v as usize;
+                pose_position(mesh.positions[v], mesh.joints[v], mesh.weights[v], palette)
+            };
+            posed.push(split.position_source.iter().map(pose).collect());
+        }
+        Self {
+            locked,
+            required_wedges,
+            variant_wedge: split.variant_wedge.clone(),
+            wedge_uvs: split.wedge_source.iter().map(|&v| mesh.uvs[v as usize].map(f64::from)).collect(),
+            posed,
+        }
+    }
+
+    /// Whether position `u` may move at all, wherever it goes.
+    pub fn may_move(&self, topology: &Topology, u: u32) -> bool {
+        !self.locked[u as usize] && topology.valence(u) <= MAX_MOVED_VALENCE
+    }
+
+    /// Squared distance of two positions in bind pose, m².
+    pub fn bind_distance_squared(&self, u: u32, t: u32) -> f32 {
+        let d = sub(self.posed[0][t as usize], self.posed[0][u as usize]);
+        dot(d, d)
+    }
+
+    /// Whether `u` may collapse onto the other end of `edge`, which is one of `u`'s `spokes`.
+    ///
+    /// Both criteria ask the same of seams: each wedge of `u` needs one image in a triangle on the edge. Under
+    /// Peng 2011 that is condition 2 for companions; its condition 1 lets a regular vertex go anywhere, but a slit's
+    /// end that moves along its slit would leave a triangle of no width, so we ask it of regular vertices too. Link
+    /// condition and flip test are ours in both: they keep every prefix of the order a valid mesh.
+    pub fn check(&self, topology: &Topology, u: u32, spokes: &[Spoke], edge: &Spoke) -> Result<(), Obstacle> {
+        self.check_border(topology, u, spokes, edge)?;
+        self.check_wedges(topology, u, edge)?;
+        self.check_link(topology, u, spokes, edge)?;
+        self.check_flips(topology, u, edge)
+    }
+
+    /// A position on a border moves along it, and only where the border is a plain line.
+    fn check_border(&self, topology: &Topology, u: u32, spokes: &[Spoke], edge: &Spoke) -> Result<(), Obstacle> {
+        let border_edges = spokes.iter().filter(|s| s.triangle_count == 1).count();
+        let manifold = spokes.iter().all(|s| s.triangle_count <= 2);
+        let along = border_edges == 0 || (border_edges == 2 && edge.triangle_count == 1);
+        if self.may_move(topology, u) && manifold && along { Ok(()) } else { Err(Obstacle::Fixed) }
+    }
+
+    /// Each wedge of `u` needs exactly one image among `t`'s wedges in the triangles on the edge.
+    fn check_wedges(&self, topology: &Topology, u: u32, edge: &Spoke) -> Result<(), Obstacle> {
+        let t = edge.to;
+        let mut images: [(u32, u32); 2] = [(u32::MAX, u32::MAX); 2];
+        for i in 0..edge.triangle_count.min(2) as usize {
+            images[i] = (self.wedge_at(topology, edge.triangles[i], u), self.wedge_at(topology, edge.triangles[i], t));
+        }
+        if images[0].0 == images[1].0 && images[0].1 != images[1].1 {
+            return Err(Obstacle::Seam);
+        }
+        for triangle in topology.around(u) {
+            let wedge = self.wedge_at(topology, triangle, u);
+            if wedge != images[0].0 && wedge != images[1].0 {
+                return Err(Obstacle::Seam);
+            }
+        }
+        if let Some(&required) = self.required_wedges.get(u as usize) {
+            let found = if images[1].0 == u32::MAX || images[0].0 == images[1].0 { 1 } else { 2 };
+            if found < required {
+                return Err(Obstacle::Seam);
+            }
+        }
+        Ok(())
+    }
+
+    /// Link condition: the ends share no neighbour but those opposite the edge, and no triangle is made twice.
+    fn check_link(&self, topology: &Topology, u: u32, spokes: &[Spoke], edge: &Spoke) -> Result<(), Obstacle> {
+        let t = edge.to;
+        let opposite = |i: usize| {
+            let corners = topology.triangle_positions[edge.triangles[i] as usize];
+            corners.into_iter().find(|&p| p != u && p != t).expect("a living triangle has three positions")
+        };
+        let opposites = [opposite(0), opposite(1)];
+        for spoke in spokes.iter().filter(|s| s.to != t) {
+            let count_at_target = topology.edge_triangle_count(spoke.to, t);
+            if !opposites.contains(&spoke.to) {
+                if count_at_target > 0 {
+                    return Err(Obstacle::Topology);
+                }
+                continue;
+            }
+            // The edges to u and to t become one; the triangle between them dies.
+            let merged = spoke.triangle_count - 1 + count_at_target.saturating_sub(1);
+            if merged == 0 || (merged > 2 && merged > count_at_target) {
+                return Err(Obstacle::Topology);
+            }
+        }
+        if edge.triangle_count == 2 {
+            // Two triangles with the same three positions: collapsing would fold one onto the other.
+            let between = |t: u32| topology.touches(t, opposites[0]) && topology.touches(t, opposites[1]);
+            if opposites[0] == opposites[1] || topology.around(u).any(between) {
+                return Err(Obstacle::Topology);
+            }
+        }
+        Ok(())
+    }
+
+    /// No triangle that stays may turn over in a tested pose, or in the texture.
+    fn check_flips(&self, topology: &Topology, u: u32, edge: &Spoke) -> Result<(), Obstacle> {
+        let t = edge.to;
+        for triangle in topology.around(u).filter(|&triangle| !topology.touches(triangle, t)) {
+            let corner = topology.corner_at(triangle, u);
+            let positions = topology.triangle_positions[triangle as usize];
+            let (a, b) = (positions[(corner + 1) % 3] as usize, positions[(corner + 2) % 3] as usize);
+            for pose in &self.posed {
+                let before = cross(sub(pose[a], pose[u as usize]), sub(pose[b], pose[u as usize]));
+                let after = cross(sub(pose[a], pose[t as usize]), sub(pose[b], pose[t as usize]));
+                let before_squared = dot(before, before);
+                let limit = MIN_TURN_COS * (before_squared * dot(after, after)).sqrt();
+                if before_squared > 0.0 && dot(before, after) <= limit {
+                    return Err(Obstacle::Flip);
+                }
+            }
+            let variants = topology.triangles[triangle as usize];
+            let uv = |i: usize| self.wedge_uvs[self.variant_wedge[variants[(corner + i) % 3] as usize] as usize];
+            let target = self.wedge_uvs[self.image_wedge(topology, triangle, u, edge) as usize];
+            let before = uv_area(uv(0), uv(1), uv(2));
+            let after = uv_area(target, uv(1), uv(2));
+            if before.abs() > MIN_UV_AREA && before * after <= 0.0 {
+                return Err(Obstacle::Flip);
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the wedge of `triangle` at `u` goes; only for edges that passed the wedge test.
+    fn image_wedge(&self, topology: &Topology, triangle: u32, u: u32, edge: &Spoke) -> u32 {
+        let wedge = self.wedge_at(topology, triangle, u);
+        let first = edge.triangles[0];
+        let on_edge = if self.wedge_at(topology, first, u) == wedge { first } else { edge.triangles[1] };
+        self.wedge_at(topology, on_edge, edge.to)
+    }
+
+    fn wedge_at(&self, topology: &Topology, triangle: u32, p: u32) -> u32 {
+        let corner = topology.corner_at(triangle, p);
+        self.variant_wedge[topology.triangles[triangle as usize][corner] as usize]
+    }
+}
+
+/// Twice the signed area.
+fn uv_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}

@@ -1,0 +1,205 @@
+//! Measures how far a level lies from full detail over poses.
+
+use crate::closest::ClosestTriangles;
+use crate::quadrics::{choose_frames, cross, dot, pose_position, sub};
+use crate::{CollapseOrder, LodMesh, LodOptions, LodPoses, Mat3x4, MeasuredError, MeasuredLevel, reform};
+use rayon::prelude::*;
+
+/// Measures how far a level lies from full detail: two-sided closest-point distance over the poses given.
+///
+/// `positions`, `joints`, `weights`: one per vertex, in the order of the indices in `triangles` (full detail) and
+/// `level_triangles`. Each side has `samples_per_frame` points, spread over the bind pose by area and carried by the
+/// side's own triangles, the same ones on every machine. All frames of `poses` are measured, each counted alike.
+/// An empty side measures 0.
+///
+/// Panics if an index lies outside its slice.
+pub fn measure_level(
+    positions: &[[f32; 3]],
+    joints: &[[u16; 4]],
+    weights: &[[f32; 4]],
+    triangles: &[[u32; 3]],
+    level_triangles: &[[u32; 3]],
+    poses: &LodPoses<'_>,
+    samples_per_frame: u32,
+) -> MeasuredError {
+    let frames: Vec<usize> = (0..poses.frame_weights.len()).collect();
+    let vertices = Vertices { positions, joints, weights };
+    measure_frames(&vertices, triangles, &[level_triangles], poses, &frames, samples_per_frame)[0]
+}
+
+/// Measures some levels of an order, spread evenly in log(triangles), coarsest first.
+pub(crate) fn measure_levels(
+    mesh: &LodMesh<'_>,
+    poses: &LodPoses<'_>,
+    order: &CollapseOrder,
+    options: &LodOptions,
+) -> Vec<MeasuredLevel> {
+    let chosen = choose_levels(order, options.measured_levels);
+    if chosen.is_empty() || options.measured_frames == 0 || options.samples_per_frame == 0 {
+        return Vec::new();
+    }
+    let source = |i: usize| order.vertex_source[i] as usize;
+    let count = order.vertex_source.len();
+    let positions: Vec<_> = (0..count).map(|i| mesh.positions[source(i)]).collect();
+    let joints: Vec<_> = (0..count).map(|i| mesh.joints[source(i)]).collect();
+    let weights: Vec<_> = (0..count).map(|i| mesh.weights[source(i)]).collect();
+    let vertices = Vertices { positions: &positions, joints: &joints, weights: &weights };
+    let reformed: Vec<Vec<[u32; 3]>> = chosen
+        .iter()
+        .map(|&i| {
+            let level = order.levels[i];
+            reform(&order.triangles, &order.collapse_map, level.vertex_count, level.triangle_count)
+        })
+        .collect();
+    let sides: Vec<&[[u32; 3]]> = reformed.iter().map(Vec::as_slice).collect();
+    let drawn = choose_frames(poses.frame_weights, options.measured_frames as usize);
+    let frames: Vec<usize> = drawn.into_iter().map(|(frame, _)| frame).collect();
+    let errors = measure_frames(&vertices, &order.triangles, &sides, poses, &frames, options.samples_per_frame);
+    let measured = |(&i, error): (&usize, MeasuredError)| {
+        let level = order.levels[i];
+        MeasuredLevel { vertex_count: level.vertex_count, triangle_count: level.triangle_count, error }
+    };
+    chosen.iter().zip(errors).map(measured).collect()
+}
+
+/// Levels to measure: the coarsest, then even steps in log(triangles) short of full detail.
+fn choose_levels(order: &CollapseOrder, count: u32) -> Vec<usize> {
+    let (Some(first), Some(last)) = (order.levels.first(), order.levels.last()) else { return Vec::new() };
+    if first.triangle_count == 0 {
+        return Vec::new();
+    }
+    let ratio = f64::from(last.triangle_count) / f64::from(first.triangle_count);
+    let mut chosen: Vec<usize> = (0..count)
+        .map(|i| {
+            let share = f64::from(i) / f64::from(count);
+            let wanted = f64::from(first.triangle_count) * libm::pow(ratio, share);
+            order.levels.partition_point(|level| f64::from(level.triangle_count) <= wanted + 0.5).max(1) - 1
+        })
+        .collect();
+    chosen.dedup();
+    chosen
+}
+
+struct Vertices<'a> {
+    positions: &'a [[f32; 3]],
+    joints: &'a [[u16; 4]],
+    weights: &'a [[f32; 4]],
+}
+
+/// A point on a triangle of a mesh: the triangle and the weights of its first two corners.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    triangle: u32,
+    weights: [f32; 2],
+}
+
+fn measure_frames(
+    vertices: &Vertices<'_>,
+    triangles: &[[u32; 3]],
+    levels: &[&[[u32; 3]]],
+    poses: &LodPoses<'_>,
+    frames: &[usize],
+    samples_per_frame: u32,
+) -> Vec<MeasuredError> {
+    let full_samples = spread_samples(vertices.positions, triangles, samples_per_frame);
+    let level_samples: Vec<Vec<Sample>> =
+        levels.par_iter().map(|level| spread_samples(vertices.positions, level, samples_per_frame)).collect();
+    let full_tree = ClosestTriangles::new(vertices.positions, triangles);
+    let level_trees: Vec<ClosestTriangles> =
+        levels.par_iter().map(|level| ClosestTriangles::new(vertices.positions, level)).collect();
+
+    // Sum of squares, count and largest square for each frame and level.
+    let by_frame: Vec<Vec<(f64, u32, f32)>> = frames
+        .par_iter()
+        .map(|&frame| {
+            let palette = &poses.palettes[frame * poses.joint_count..][..poses.joint_count];
+            let posed = pose_all(vertices, palette);
+            let mut full_tree = full_tree.clone();
+            full_tree.refit(&posed, triangles);
+            let measure = |i: usize| {
+                let mut level_tree = level_trees[i].clone();
+                level_tree.refit(&posed, levels[i]);
+                let there = one_sided(&posed, triangles, &full_samples, levels[i], &level_tree);
+                let back = one_sided(&posed, levels[i], &level_samples[i], triangles, &full_tree);
+                (there.0 + back.0, there.1 + back.1, there.2.max(back.2))
+            };
+            (0..levels.len()).into_par_iter().map(measure).collect()
+        })
+        .collect();
+
+    (0..levels.len())
+        .map(|level| {
+            let (mut sum, mut count, mut largest, mut max_frame) = (0.0, 0_u64, 0.0_f32, 0);
+            for (i, &frame) in frames.iter().enumerate() {
+                let (frame_sum, frame_count, frame_largest) = by_frame[i][level];
+                sum += frame_sum;
+                count += u64::from(frame_count);
+                if frame_largest > largest {
+                    largest = frame_largest;
+                    max_frame = frame as u32;
+                }
+            }
+            let rms_m = if count == 0 { 0.0 } else { (sum / count as f64).sqrt() as f32 };
+            MeasuredError { rms_m, max_m: largest.sqrt(), max_frame }
+        })
+        .collect()
+}
+
+fn pose_all(vertices: &Vertices<'_>, palette: &[Mat3x4]) -> Vec<[f32; 3]> {
+    let pose = |i: usize| pose_position(vertices.positions[i], vertices.joints[i], vertices.weights[i], palette);
+    (0..vertices.positions.len()).map(pose).collect()
+}
+
+/// Squared distances from samples of one mesh to the other: their sum, their count, the largest.
+fn one_sided(
+    posed: &[[f32; 3]],
+    from: &[[u32; 3]],
+    samples: &[Sample],
+    to: &[[u32; 3]],
+    to_tree: &ClosestTriangles,
+) -> (f64, u32, f32) {
+    let (mut sum, mut largest, mut count) = (0.0_f64, 0.0_f32, 0);
+    for sample in samples {
+        let [a, b, c] = from[sample.triangle as usize].map(|v| posed[v as usize]);
+        let [s, t] = sample.weights;
+        let point = [0, 1, 2].map(|i| s * a[i] + t * b[i] + (1.0 - s - t) * c[i]);
+        if let Some(squared) = to_tree.distance_squared(point, posed, to) {
+            sum += f64::from(squared);
+            largest = largest.max(squared);
+            count += 1;
+        }
+    }
+    (sum, count, largest)
+}
+
+/// Points spread over a mesh by bind-pose area: evenly along the summed areas, low-discrepancy within the triangles.
+fn spread_samples(positions: &[[f32; 3]], triangles: &[[u32; 3]], count: u32) -> Vec<Sample> {
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| positions[v as usize]);
+        let n = cross(sub(b, a), sub(c, a));
+        f64::from(dot(n, n).sqrt())
+    };
+    let areas: Vec<f64> = triangles.iter().map(area).collect();
+    let total: f64 = areas.iter().sum();
+    if !(total > 0.0 && total.is_finite()) {
+        return Vec::new();
+    }
+    let (mut triangle, mut passed) = (0, areas[0]);
+    (0..count)
+        .map(|i| {
+            let mark = (f64::from(i) + 0.5) / f64::from(count) * total;
+            while passed < mark && triangle + 1 < triangles.len() {
+                triangle += 1;
+                passed += areas[triangle];
+            }
+            // The R2 sequence: multiples of the plastic number's inverse powers.
+            let unit = |step: f64| {
+                let x = 0.5 + step * f64::from(i + 1);
+                x - x.floor()
+            };
+            let (x, y) = (unit(0.754_877_666_246_692_7), unit(0.569_840_290_998_053_3));
+            let (s, t) = if x + y > 1.0 { (1.0 - x, 1.0 - y) } else { (x, y) };
+            Sample { triangle: triangle as u32, weights: [s as f32, t as f32] }
+        })
+        .collect()
+}

@@ -1,0 +1,306 @@
+//! What a collapse costs: plane quadrics of every position in every frame (Peng 2011 §4.2).
+//!
+//! Frames lie in lanes of eight, so that one block is one vector operation and sums have one order on every machine.
+//! A position's quadric is kept relative to the position itself: at first all its planes pass through it, so no digits cancel,
+//! and what it has cost so far is one number, the mean over frames, rather than one a frame.
+
+use crate::classify::EdgeKind;
+use crate::split_seams::SplitMesh;
+use crate::{LodMesh, LodPoses, Mat3x4};
+use rayon::prelude::*;
+
+/// Frames in one block.
+pub(crate) const LANES: usize = 8;
+/// One number for each frame of a block.
+pub(crate) type Lanes = [f32; LANES];
+
+/// Memory the quadrics may take. Beyond it, frames are drawn evenly by weight, so clips keep their share.
+const MAX_QUADRIC_BYTES: usize = 3 << 29;
+/// Weight of the plane that holds an open border, per squared edge length (a triangle's plane weighs its area).
+const BORDER_WEIGHT: f32 = 5.0;
+/// The same for a seam, from both sides.
+const SEAM_WEIGHT: f32 = 0.5;
+
+/// Symmetric 3x3 `A` (xx xy xz yy yz zz) and vector `b`: mean squared distance to the planes at `d` is
+/// `d·A·d + 2 b·d` plus the constant kept apart.
+type QuadricBlock = [Lanes; 9];
+
+/// Quadrics of all positions over all frames.
+#[derive(Debug)]
+pub(crate) struct Quadrics {
+    block_count: usize,
+    frame_weights: Vec<Lanes>,
+    /// `[position][block]`: x, y, z, metres.
+    posed: Vec<[Lanes; 3]>,
+    /// `[position][block]`, relative to the posed position.
+    planes: Vec<QuadricBlock>,
+    /// For each position, the mean over frames of its quadric at itself, m² times m².
+    paid: Vec<f32>,
+    /// For each position, the mean area of the triangles in its quadric, m².
+    areas: Vec<f32>,
+}
+
+impl Quadrics {
+    /// Poses the mesh in all frames and gathers the planes around each position.
+    ///
+    /// `edge_kinds` as [`crate::classify::Classes`] gives them.
+    pub fn build(mesh: &LodMesh<'_>, poses: &LodPoses<'_>, split: &SplitMesh, edge_kinds: &[[EdgeKind; 3]]) -> Self {
+        let position_count = split.position_source.len();
+        let frames = choose_frames(poses.frame_weights, frame_limit(position_count));
+        let block_count = frames.len().div_ceil(LANES);
+        let mut frame_weights = vec![[0.0; LANES]; block_count];
+        for (i, &(_, weight)) in frames.iter().enumerate() {
+            frame_weights[i / LANES][i % LANES] = weight;
+        }
+        let posed = pose_in_lanes(mesh, poses, split, &frames, block_count);
+        let incident = incident_triangles(split);
+        let mut planes = vec![[[0.0; LANES]; 9]; position_count * block_count];
+        let mut areas = vec![0.0; position_count];
+        planes.par_chunks_mut(block_count.max(1)).zip(&mut areas).enumerate().for_each(|(p, (blocks, area))| {
+            let around = &incident.triangles[incident.offsets[p]..incident.offsets[p + 1]];
+            for (b, block) in blocks.iter_mut().enumerate() {
+                let mut block_area = [0.0; LANES];
+                for &t in around {
+                    let corners = split.triangles[t as usize].map(|v| split.position_of(v) as usize);
+                    let at = corners.iter().position(|&q| q == p).expect("listed because it touches the position");
+                    let kinds = edge_kinds[t as usize];
+                    let positions = [0, 1, 2].map(|i| &posed[corners[(at + i) % 3] * block_count + b]);
+                    add_triangle(positions, [kinds[at], kinds[(at + 2) % 3]], block, &mut block_area);
+                }
+                *area += weighted_sum(&block_area, &frame_weights[b]);
+            }
+        });
+        Self { block_count, frame_weights, posed, planes, paid: vec![0.0; position_count], areas }
+    }
+
+    /// Mean over frames of `u`'s quadric at `t`, without what both have cost before.
+    pub fn move_cost(&self, u: u32, t: u32) -> f32 {
+        let from = u as usize * self.block_count;
+        let to = t as usize * self.block_count;
+        let mut sum = [0.0; LANES];
+        for b in 0..self.block_count {
+            let a = &self.posed[from + b];
+            let c = &self.posed[to + b];
+            let q = &self.planes[from + b];
+            let w = &self.frame_weights[b];
+            for i in 0..LANES {
+                let (x, y, z) = (c[0][i] - a[0][i], c[1][i] - a[1][i], c[2][i] - a[2][i]);
+                let row_x = q[0][i] * x + 2.0 * (q[1][i] * y + q[2][i] * z + q[6][i]);
+                let row_y = q[3][i] * y + 2.0 * (q[4][i] * z + q[7][i]);
+                let row_z = q[5][i] * z + 2.0 * q[8][i];
+                sum[i] += w[i] * (row_x * x + row_y * y + row_z * z);
+            }
+        }
+        // `paid` is the quadric at the position itself, which the lanes leave out.
+        (sum_lanes(&sum) + self.paid[u as usize]).max(0.0)
+    }
+
+    /// Cost of moving `u` to `t`, given [`Self::move_cost`]: both quadrics at `t`.
+    pub fn total_cost(&self, move_cost: f32, t: u32) -> f32 {
+        move_cost + self.paid[t as usize]
+    }
+
+    /// Area that a merged quadric stands for, m².
+    pub fn merged_area(&self, u: u32, t: u32) -> f32 {
+        self.areas[u as usize] + self.areas[t as usize]
+    }
+
+    /// Adds `u`'s quadric to `t`'s.
+    pub fn merge(&mut self, u: u32, t: u32, move_cost: f32) {
+        let from = u as usize * self.block_count;
+        let to = t as usize * self.block_count;
+        for b in 0..self.block_count {
+            let source = self.planes[from + b];
+            let (a, c) = (&self.posed[from + b], &self.posed[to + b]);
+            let target = &mut self.planes[to + b];
+            for i in 0..LANES {
+                let (x, y, z) = (c[0][i] - a[0][i], c[1][i] - a[1][i], c[2][i] - a[2][i]);
+                for k in 0..6 {
+                    target[k][i] += source[k][i];
+                }
+                target[6][i] += source[6][i] + source[0][i] * x + source[1][i] * y + source[2][i] * z;
+                target[7][i] += source[7][i] + source[1][i] * x + source[3][i] * y + source[4][i] * z;
+                target[8][i] += source[8][i] + source[2][i] * x + source[4][i] * y + source[5][i] * z;
+            }
+        }
+        self.paid[t as usize] += move_cost;
+        self.areas[t as usize] += self.areas[u as usize];
+    }
+}
+
+/// Adds the plane of a triangle, and those that hold its border and seam edges, to the quadric of its first corner.
+///
+/// `kinds`: of the edges from the first corner to the second, and from the third to the first.
+fn add_triangle(positions: [&[Lanes; 3]; 3], kinds: [EdgeKind; 2], block: &mut QuadricBlock, area: &mut Lanes) {
+    let [p, q, r] = positions;
+    for i in 0..LANES {
+        let at = |v: &[Lanes; 3]| [v[0][i] - p[0][i], v[1][i] - p[1][i], v[2][i] - p[2][i]];
+        let (e, f) = (at(q), at(r));
+        let n = cross(e, f);
+        let length = dot(n, n).sqrt();
+        if length <= f32::MIN_POSITIVE {
+            continue;
+        }
+        let unit = n.map(|c| c / length);
+        add_plane(block, i, unit, length * 0.5);
+        area[i] += length * 0.5;
+        for (edge, kind) in [(e, kinds[0]), (f, kinds[1])] {
+            let weight = match kind {
+                EdgeKind::Interior => continue,
+                EdgeKind::Seam => SEAM_WEIGHT,
+                EdgeKind::Border | EdgeKind::NonManifold => BORDER_WEIGHT,
+            };
+            let across = cross(edge, unit);
+            let across_length = dot(across, across).sqrt();
+            if across_length > f32::MIN_POSITIVE {
+                add_plane(block, i, across.map(|c| c / across_length), weight * dot(edge, edge));
+            }
+        }
+    }
+}
+
+fn add_plane(block: &mut QuadricBlock, lane: usize, n: [f32; 3], weight: f32) {
+    let products = [n[0] * n[0], n[0] * n[1], n[0] * n[2], n[1] * n[1], n[1] * n[2], n[2] * n[2]];
+    for k in 0..6 {
+        block[k][lane] += weight * products[k];
+    }
+}
+
+/// Frames that fit in memory.
+fn frame_limit(position_count: usize) -> usize {
+    let bytes_per_frame = position_count.max(1) * (9 + 3) * size_of::<f32>();
+    (MAX_QUADRIC_BYTES / bytes_per_frame).max(LANES)
+}
+
+/// At most `limit` frames with their weights: all of them, or an even draw along the summed weights.
+pub(crate) fn choose_frames(frame_weights: &[f32], limit: usize) -> Vec<(usize, f32)> {
+    if frame_weights.len() <= limit {
+        return frame_weights.iter().copied().enumerate().collect();
+    }
+    let total: f64 = frame_weights.iter().map(|&w| f64::from(w)).sum();
+    let mut chosen: Vec<(usize, f32)> = Vec::with_capacity(limit);
+    let mut frame = 0;
+    let mut passed = f64::from(frame_weights[0]);
+    for i in 0..limit {
+        let mark = (i as f64 + 0.5) / limit as f64 * total;
+        while passed < mark && frame + 1 < frame_weights.len() {
+            frame += 1;
+            passed += f64::from(frame_weights[frame]);
+        }
+        match chosen.last_mut() {
+            Some(last) if last.0 == frame => last.1 += 1.0 / limit as f32,
+            _ => chosen.push((frame, 1.0 / limit as f32)),
+        }
+    }
+    chosen
+}
+
+fn pose_in_lanes(
+    mesh: &LodMesh<'_>,
+    poses: &LodPoses<'_>,
+    split: &SplitMesh,
+    frames: &[(usize, f32)],
+    block_count: usize,
+) -> Vec<[Lanes; 3]> {
+    // `[joint][block][row * 4 + column][lane]`; lanes past the last frame repeat it and weigh nothing.
+    let mut matrices = vec![[[0.0_f32; LANES]; 12]; poses.joint_count * block_count];
+    matrices.par_chunks_mut(block_count.max(1)).enumerate().for_each(|(joint, blocks)| {
+        for (b, block) in blocks.iter_mut().enumerate() {
+            for lane in 0..LANES {
+                let frame = frames[(b * LANES + lane).min(frames.len() - 1)].0;
+                let matrix = &poses.palettes[frame * poses.joint_count + joint];
+                for k in 0..12 {
+                    block[k][lane] = matrix[k / 4][k % 4];
+                }
+            }
+        }
+    });
+    let mut posed = vec![[[0.0; LANES]; 3]; split.position_source.len() * block_count];
+    posed.par_chunks_mut(block_count.max(1)).enumerate().for_each(|(p, blocks)| {
+        let source = split.position_source[p] as usize;
+        let [x, y, z] = mesh.positions[source];
+        for (b, out) in blocks.iter_mut().enumerate() {
+            for k in 0..4 {
+                let weight = mesh.weights[source][k];
+                if weight == 0.0 {
+                    continue;
+                }
+                let m = &matrices[mesh.joints[source][k] as usize * block_count + b];
+                for row in 0..3 {
+                    for i in 0..LANES {
+                        let (mx, my, mz, mw) = (m[row * 4][i], m[row * 4 + 1][i], m[row * 4 + 2][i], m[row * 4 + 3][i]);
+                        out[row][i] += weight * (mx * x + my * y + mz * z + mw);
+                    }
+                }
+            }
+        }
+    });
+    posed
+}
+
+/// One skinned position: the weighted sum of its joints' matrices at work on it (Peng 2011 Eq. 2).
+pub(crate) fn pose_position(position: [f32; 3], joints: [u16; 4], weights: [f32; 4], palette: &[Mat3x4]) -> [f32; 3] {
+    let [x, y, z] = position;
+    let mut out = [0.0; 3];
+    for k in 0..4 {
+        if weights[k] != 0.0 {
+            let m = &palette[joints[k] as usize];
+            for row in 0..3 {
+                out[row] += weights[k] * (m[row][0] * x + m[row][1] * y + m[row][2] * z + m[row][3]);
+            }
+        }
+    }
+    out
+}
+
+struct Incident {
+    offsets: Vec<usize>,
+    triangles: Vec<u32>,
+}
+
+fn incident_triangles(split: &SplitMesh) -> Incident {
+    let mut offsets = vec![0_usize; split.position_source.len() + 1];
+    for triangle in &split.triangles {
+        for &v in triangle {
+            offsets[split.position_of(v) as usize + 1] += 1;
+        }
+    }
+    for p in 1..offsets.len() {
+        offsets[p] += offsets[p - 1];
+    }
+    let mut next = offsets.clone();
+    let mut triangles = vec![0; split.triangles.len() * 3];
+    for (t, triangle) in split.triangles.iter().enumerate() {
+        for &v in triangle {
+            let p = split.position_of(v) as usize;
+            triangles[next[p]] = t as u32;
+            next[p] += 1;
+        }
+    }
+    Incident { offsets, triangles }
+}
+
+fn weighted_sum(values: &Lanes, weights: &Lanes) -> f32 {
+    let mut products = [0.0; LANES];
+    for i in 0..LANES {
+        products[i] = values[i] * weights[i];
+    }
+    sum_lanes(&products)
+}
+
+/// Sum in one fixed order.
+fn sum_lanes(s: &Lanes) -> f32 {
+    ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
+}
+
+pub(crate) fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+pub(crate) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}

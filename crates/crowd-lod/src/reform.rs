@@ -1,0 +1,21 @@
+//! Makes the triangles of a level (Peng 2011 §5.2).
+
+/// The triangles of the prefix with `vertex_count` vertices: the first `triangle_count` triangles with every index looked
+/// up in the collapse map until it is below `vertex_count`.
+///
+/// `collapse_map`: as in [`crate::CollapseOrder`], each entry at most its own index. `vertex_count` and
+/// `triangle_count` are those of one [`crate::Level`]; then no triangle returned is degenerate. More triangles than there
+/// are, and indices outside the map, are left out; an index that maps to itself stays.
+///
+/// Paper: Peng 2011 §5.2, triangle reformation.
+pub fn reform(triangles: &[[u32; 3]], collapse_map: &[u32], vertex_count: u32, triangle_count: u32) -> Vec<[u32; 3]> {
+    // Each vertex's place in this level: the map is walked once for all, coarse first.
+    let mut place: Vec<u32> = Vec::with_capacity(collapse_map.len());
+    for (v, &target) in collapse_map.iter().enumerate() {
+        let settled = (v as u32) < vertex_count || target as usize >= v;
+        place.push(if settled { v as u32 } else { place[target as usize] });
+    }
+    let in_map = |t: &&[u32; 3]| t.iter().all(|&v| (v as usize) < place.len());
+    let chosen = triangles.iter().take(triangle_count as usize).filter(in_map);
+    chosen.map(|t| t.map(|v| place[v as usize])).collect()
+}

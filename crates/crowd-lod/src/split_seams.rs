@@ -1,0 +1,211 @@
+//! Splits a mesh into positions, wedges and normal variants (Peng 2011 §4.1).
+//!
+//! A *position* is a place with its skinning: what moves as one in every pose. A *wedge* is a position with one texture
+//! coordinate, material and colour: the paper's universal index, and the members of its adjV groups. A *variant* is a wedge with
+//! one normal: a vertex of the output. Variants follow their wedge and never hinder a collapse.
+
+use crate::LodMesh;
+use rayon::prelude::*;
+
+/// Normals closer than this become one variant: cos 1°.
+const SAME_NORMAL_COS: f32 = 0.999_847_7;
+/// Variants of one wedge that a normal is compared with; bounds the work on a hostile fan of normals.
+const COMPARED_VARIANTS: usize = 32;
+
+/// A mesh in three layers. Everything unreferenced or degenerate is gone.
+#[derive(Debug, Default)]
+pub(crate) struct SplitMesh {
+    /// For each position, the lowest input vertex there.
+    pub position_source: Vec<u32>,
+    /// For each wedge, its position; ascending.
+    pub wedge_position: Vec<u32>,
+    /// For each wedge, an input vertex that has its coordinates.
+    pub wedge_source: Vec<u32>,
+    /// For each variant, its wedge; ascending.
+    pub variant_wedge: Vec<u32>,
+    /// For each variant, the input vertex whose attributes it carries.
+    pub variant_source: Vec<u32>,
+    /// For each variant, its material.
+    pub variant_material: Vec<u16>,
+    /// Triangles in variants.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each triangle, the input triangle.
+    pub triangle_source: Vec<u32>,
+    /// Input triangles left out because two corners share a position.
+    pub degenerate_count: u32,
+}
+
+impl SplitMesh {
+    /// Position of a variant.
+    pub fn position_of(&self, variant: u32) -> u32 {
+        self.wedge_position[self.variant_wedge[variant as usize] as usize]
+    }
+
+    /// Wedges of each position, as offsets into the wedges: `offsets[p]..offsets[p + 1]`.
+    pub fn wedge_offsets(&self) -> Vec<u32> {
+        let mut offsets = vec![0_u32; self.position_source.len() + 1];
+        for &p in &self.wedge_position {
+            offsets[p as usize + 1] += 1;
+        }
+        for p in 0..self.position_source.len() {
+            offsets[p + 1] += offsets[p];
+        }
+        offsets
+    }
+}
+
+/// Splits `mesh` into positions, wedges and variants.
+///
+/// Ids ascend with the lowest input vertex of a position, then by texture coordinate, material, colour, then by input
+/// vertex, so that they depend on the input alone. `mesh` must have been validated.
+///
+/// Paper: Peng 2011 §4.1. Departs: positions also need equal skinning, and normals split vertices without splitting
+/// wedges.
+pub(crate) fn split_seams(mesh: &LodMesh<'_>) -> SplitMesh {
+    let leader = weld_positions(mesh);
+    let mut split = SplitMesh::default();
+    keep_proper_triangles(mesh, &leader, &mut split);
+    let position_of_vertex = number_positions(mesh, &leader, &mut split);
+    split_wedges(mesh, &position_of_vertex, &mut split);
+    split
+}
+
+/// For each vertex, the lowest vertex with the same place and skinning.
+fn weld_positions(mesh: &LodMesh<'_>) -> Vec<u32> {
+    let keys: Vec<([u32; 3], [(u16, u16); 4])> = (0..mesh.positions.len())
+        .into_par_iter()
+        .map(|v| (mesh.positions[v].map(zero_signless_bits), skinning_key(mesh.joints[v], mesh.weights[v])))
+        .collect();
+    let mut order: Vec<u32> = (0..keys.len() as u32).collect();
+    order.par_sort_unstable_by_key(|&v| (keys[v as usize], v));
+    let mut leader = vec![0_u32; keys.len()];
+    for group in order.chunk_by(|&a, &b| keys[a as usize] == keys[b as usize]) {
+        for &v in group {
+            leader[v as usize] = group[0];
+        }
+    }
+    leader
+}
+
+/// Bits of a number with -0 taken for 0.
+fn zero_signless_bits(x: f32) -> u32 {
+    if x == 0.0 { 0 } else { x.to_bits() }
+}
+
+/// Influences in a form that is equal when they move a point alike: 1/65535 steps, by joint, zeros left out.
+fn skinning_key(joints: [u16; 4], weights: [f32; 4]) -> [(u16, u16); 4] {
+    let mut key = [(u16::MAX, 0_u16); 4];
+    let mut used = 0;
+    for i in 0..4 {
+        let weight = (weights[i].clamp(0.0, 1.0) * 65535.0 + 0.5) as u16;
+        if weight == 0 {
+            continue;
+        }
+        match key[..used].iter().position(|&(joint, _)| joint == joints[i]) {
+            Some(at) => key[at].1 = key[at].1.saturating_add(weight),
+            None => {
+                key[used] = (joints[i], weight);
+                used += 1;
+            }
+        }
+    }
+    key[..used].sort_unstable();
+    key
+}
+
+fn keep_proper_triangles(mesh: &LodMesh<'_>, leader: &[u32], split: &mut SplitMesh) {
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|v| leader[v as usize]);
+        if a == b || b == c || c == a {
+            split.degenerate_count += 1;
+        } else {
+            split.triangle_source.push(i as u32);
+        }
+    }
+}
+
+/// Numbers the positions that triangles use, by their lowest vertex. Returns each vertex's position.
+fn number_positions(mesh: &LodMesh<'_>, leader: &[u32], split: &mut SplitMesh) -> Vec<u32> {
+    let mut used = vec![false; leader.len()];
+    for &i in &split.triangle_source {
+        for v in mesh.triangles[i as usize] {
+            used[leader[v as usize] as usize] = true;
+        }
+    }
+    let mut number = vec![u32::MAX; leader.len()];
+    for v in 0..leader.len() {
+        if used[v] {
+            number[v] = split.position_source.len() as u32;
+            split.position_source.push(v as u32);
+        }
+    }
+    leader.iter().map(|&l| number[l as usize]).collect()
+}
+
+fn split_wedges(mesh: &LodMesh<'_>, position_of_vertex: &[u32], split: &mut SplitMesh) {
+    // An instance is an input vertex seen with one material.
+    let mut instances: Vec<(u32, u16)> = Vec::with_capacity(split.triangle_source.len() * 3);
+    for &i in &split.triangle_source {
+        let material = mesh.triangle_materials[i as usize];
+        instances.extend(mesh.triangles[i as usize].map(|v| (v, material)));
+    }
+    instances.par_sort_unstable();
+    instances.dedup();
+
+    let key = |i: u32| {
+        let (v, material) = instances[i as usize];
+        let v = v as usize;
+        (position_of_vertex[v], mesh.uvs[v].map(zero_signless_bits), material, mesh.colors[v])
+    };
+    let mut order: Vec<u32> = (0..instances.len() as u32).collect();
+    order.par_sort_unstable_by_key(|&i| (key(i), i));
+    let mut variant_of_instance = vec![0_u32; instances.len()];
+    for group in order.chunk_by(|&a, &b| key(a) == key(b)) {
+        let wedge = split.wedge_position.len() as u32;
+        let (first_vertex, material) = instances[group[0] as usize];
+        split.wedge_position.push(position_of_vertex[first_vertex as usize]);
+        split.wedge_source.push(first_vertex);
+        let first_variant = split.variant_wedge.len();
+        for &i in group {
+            let vertex = instances[i as usize].0;
+            let from = first_variant.max(split.variant_source.len().saturating_sub(COMPARED_VARIANTS));
+            let same = split.variant_source[from..].iter().position(|&other| {
+                cos_between(mesh.normals[vertex as usize], mesh.normals[other as usize]) >= SAME_NORMAL_COS
+            });
+            variant_of_instance[i as usize] = match same {
+                Some(at) => (from + at) as u32,
+                None => {
+                    split.variant_wedge.push(wedge);
+                    split.variant_source.push(vertex);
+                    split.variant_material.push(material);
+                    (split.variant_wedge.len() - 1) as u32
+                }
+            };
+        }
+    }
+
+    split.triangles = split
+        .triangle_source
+        .par_iter()
+        .map(|&i| {
+            let material = mesh.triangle_materials[i as usize];
+            mesh.triangles[i as usize].map(|v| {
+                let at = instances.binary_search(&(v, material)).expect("every corner was put among the instances");
+                variant_of_instance[at]
+            })
+        })
+        .collect();
+}
+
+/// Cosine between two normals; 1 when both are zero, as two missing normals agree.
+pub(crate) fn cos_between(a: [f32; 3], b: [f32; 3]) -> f32 {
+    let dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let lengths = (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
+    if lengths > 0.0 {
+        dot / lengths.sqrt()
+    } else if a == b {
+        1.0
+    } else {
+        0.0
+    }
+}

@@ -1,0 +1,97 @@
+//! Refuses parameters that the steps could not work with. After this, every index is in range and every number finite.
+
+use crate::{Error, LodMesh, LodPoses, Result};
+
+/// Triangles or vertices a mesh may have: keeps corner counts and sort keys within 32 bits.
+pub(crate) const MAX_ELEMENT_COUNT: usize = 1 << 28;
+
+/// Checks lengths, indices and numbers of a mesh.
+pub(crate) fn validate_mesh(mesh: &LodMesh<'_>) -> Result<()> {
+    let vertex_count = mesh.positions.len();
+    at_most("vertex count", vertex_count, MAX_ELEMENT_COUNT)?;
+    at_most("triangle count", mesh.triangles.len(), MAX_ELEMENT_COUNT)?;
+    same_length("normals", mesh.normals.len(), vertex_count)?;
+    same_length("uvs", mesh.uvs.len(), vertex_count)?;
+    same_length("colors", mesh.colors.len(), vertex_count)?;
+    same_length("joints", mesh.joints.len(), vertex_count)?;
+    same_length("weights", mesh.weights.len(), vertex_count)?;
+    same_length("triangle_materials", mesh.triangle_materials.len(), mesh.triangles.len())?;
+    all_finite("positions", mesh.positions.as_flattened(), 3)?;
+    all_finite("normals", mesh.normals.as_flattened(), 3)?;
+    all_finite("uvs", mesh.uvs.as_flattened(), 2)?;
+    all_finite("weights", mesh.weights.as_flattened(), 4)?;
+    if let Some(i) = mesh.weights.iter().position(|w| w.iter().any(|&w| !(0.0..=1.001).contains(&w))) {
+        return Err(parameter(format!("weights[{i}]"), format!("{:?}", mesh.weights[i]), "0..=1".into()));
+    }
+    // The quadrics hold fourth powers of lengths; beyond this they would overflow.
+    if let Some(i) = mesh.positions.iter().position(|p| p.iter().any(|c| c.abs() > 1.0e6)) {
+        return Err(parameter(format!("positions[{i}]"), format!("{:?}", mesh.positions[i]), "within 1e6 m".into()));
+    }
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        if let Some(&v) = triangle.iter().find(|&&v| v as usize >= vertex_count) {
+            return Err(parameter(format!("triangles[{i}]"), v.to_string(), format!("below {vertex_count}")));
+        }
+    }
+    Ok(())
+}
+
+/// Checks the poses against the mesh that they move.
+pub(crate) fn validate_poses(mesh: &LodMesh<'_>, poses: &LodPoses<'_>) -> Result<()> {
+    let frame_count = poses.frame_weights.len();
+    if frame_count == 0 {
+        return Err(parameter("frame_weights".into(), "no frame".into(), "at least one".into()));
+    }
+    if poses.joint_count == 0 || poses.joint_count > 1 << 16 {
+        return Err(parameter("joint_count".into(), poses.joint_count.to_string(), "1..=65536".into()));
+    }
+    let expected = frame_count.checked_mul(poses.joint_count);
+    if expected != Some(poses.palettes.len()) {
+        let allowed = format!("{frame_count} frames of {} matrices", poses.joint_count);
+        return Err(parameter("palettes".into(), poses.palettes.len().to_string(), allowed));
+    }
+    all_finite("palettes", poses.palettes.as_flattened().as_flattened(), 12)?;
+    all_finite("frame_weights", poses.frame_weights, 1)?;
+    if let Some(i) = poses.frame_weights.iter().position(|&w| w < 0.0) {
+        let found = poses.frame_weights[i].to_string();
+        return Err(parameter(format!("frame_weights[{i}]"), found, "not negative".into()));
+    }
+    let sum: f64 = poses.frame_weights.iter().map(|&w| f64::from(w)).sum();
+    if !(0.99..=1.01).contains(&sum) {
+        return Err(parameter("sum of frame_weights".into(), sum.to_string(), "1".into()));
+    }
+    if let Some(i) = poses.palettes.iter().position(|m| m.as_flattened().iter().any(|c| c.abs() > 1.0e6)) {
+        return Err(parameter(format!("palettes[{i}]"), format!("{:?}", poses.palettes[i]), "within 1e6".into()));
+    }
+    let joint_limit = poses.joint_count;
+    for (i, joints) in mesh.joints.iter().enumerate() {
+        if let Some(&j) = joints.iter().find(|&&j| j as usize >= joint_limit) {
+            return Err(parameter(format!("joints[{i}]"), j.to_string(), format!("below {joint_limit}")));
+        }
+    }
+    Ok(())
+}
+
+fn same_length(what: &str, found: usize, expected: usize) -> Result<()> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(parameter(format!("length of {what}"), found.to_string(), expected.to_string()))
+}
+
+fn at_most(what: &str, found: usize, limit: usize) -> Result<()> {
+    if found <= limit {
+        return Ok(());
+    }
+    Err(parameter(what.into(), found.to_string(), format!("at most {limit}")))
+}
+
+fn all_finite(what: &str, numbers: &[f32], width: usize) -> Result<()> {
+    match numbers.iter().position(|n| !n.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(parameter(format!("{what}[{}]", i / width), numbers[i].to_string(), "a finite number".into())),
+    }
+}
+
+fn parameter(what: String, found: String, allowed: String) -> Error {
+    Error::Parameter { what, found, allowed }
+}
