@@ -4,38 +4,31 @@
 //! per-pixel lighting with the same numbers as `shaders/shared/light.wgsl`. One sample a pixel at the pixel's centre, as
 //! the GPU without MSAA; [`downsample`] turns a larger picture into an antialiased one. Rows are split into bands over
 //! the rayon pool; the picture does not depend on the number of threads.
+//!
+//! The steps of [`draw_many`]: `bin` (transform, `clip`, cull, snap), `cover` (which triangle a pixel shows), `shade`
+//! (with `sample` and [`light`]). Formulas that the shaders repeat stand in [`light`] and [`ground`].
 
+mod bin;
+mod clip;
+mod compare;
+mod cover;
+mod draw;
 pub mod ground;
 pub mod light;
+mod picture;
+mod sample;
+mod shade;
 pub mod srgb;
+mod texture;
 mod types;
 
+pub use compare::{ImageDifference, compare_images};
+pub use draw::{draw, draw_many};
 pub use ground::{draw_ground, draw_sky};
+pub use picture::{downsample, encode_png};
+pub use sample::{level_of_detail, sample};
+pub use texture::{decode_picture, decode_texture};
 pub use types::*;
 
-/// Draws a batch into the target.
-pub fn draw(target: &mut Target, view: &View, batch: &Batch<'_>) {
-    let _ = (target, view, batch);
-    unimplemented!("crowd-raster: being written")
-}
-
-/// Averages blocks of `factor` x `factor` pixels in linear light.
-pub fn downsample(target: &Target, factor: u32) -> Target {
-    let _ = (target, factor);
-    unimplemented!("crowd-raster: being written")
-}
-
-/// Decodes PNG, JPEG or WebP bytes into a texture with mip levels. `max_side` bounds what is kept (larger ones are halved).
-///
-/// # Errors
-/// [`Error::Image`] when the bytes do not decode or are larger than `limits` in the decoder allow.
-pub fn decode_texture(bytes: &[u8], max_side: u32) -> Result<Texture> {
-    let _ = (bytes, max_side);
-    unimplemented!("crowd-raster: being written")
-}
-
-/// Writes the target as PNG bytes (sRGB, opaque).
-pub fn encode_png(target: &Target) -> Vec<u8> {
-    let _ = target;
-    unimplemented!("crowd-raster: being written")
-}
+#[cfg(test)]
+mod tests;

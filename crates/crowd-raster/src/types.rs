@@ -12,6 +12,9 @@ pub enum Error {
     /// An image did not decode.
     #[error("image: {0}")]
     Image(String),
+    /// The caller is wrong.
+    #[error("{0}")]
+    Parameter(String),
 }
 
 /// Colour and depth. Row 0 is the top.

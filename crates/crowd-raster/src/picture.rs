@@ -1,0 +1,87 @@
+//! Finishes pictures: antialiasing by downsampling, and PNG.
+
+use glam::Vec3;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+use rayon::prelude::*;
+
+use crate::Target;
+use crate::srgb::{decode_table, encode_rgb};
+
+/// Averages blocks of `factor` x `factor` pixels in linear light. Depth is the block's nearest. Rows and columns that do
+/// not fill a block are dropped; a factor of 0 or 1 copies.
+pub fn downsample(target: &Target, factor: u32) -> Target {
+    if factor <= 1 {
+        return target.clone();
+    }
+    let (width, height) = (target.width / factor, target.height / factor);
+    let mut small = Target::new(width, height, [0, 0, 0, 255]);
+    if width == 0 || height == 0 {
+        return small;
+    }
+    let linear = decode_table();
+    let share = 1.0 / (factor as f32 * factor as f32);
+    let rows = small.color.par_chunks_mut(width as usize).zip(small.depth.par_chunks_mut(width as usize)).enumerate();
+    rows.for_each(|(y, (colors, depths))| {
+        for (x, (color, depth)) in colors.iter_mut().zip(depths).enumerate() {
+            let mut sum = Vec3::ZERO;
+            let mut nearest = f32::INFINITY;
+            for dy in 0..factor as usize {
+                let start = (y * factor as usize + dy) * target.width as usize + x * factor as usize;
+                for i in start..start + factor as usize {
+                    let [r, g, b, _] = target.color[i];
+                    sum += Vec3::new(linear[usize::from(r)], linear[usize::from(g)], linear[usize::from(b)]);
+                    nearest = nearest.min(target.depth[i]);
+                }
+            }
+            *color = encode_rgb(sum * share);
+            *depth = nearest;
+        }
+    });
+    small
+}
+
+/// Writes the target as PNG bytes (sRGB, opaque). No bytes for a target without pixels, which PNG cannot hold.
+pub fn encode_png(target: &Target) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let rgb: Vec<u8> = target.color.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
+    if rgb.is_empty() {
+        return bytes;
+    }
+    PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive)
+        .write_image(&rgb, target.width, target.height, ExtendedColorType::Rgb8)
+        .expect("memory takes every byte, and a target holds width * height pixels");
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{compare_images, decode_picture};
+
+    #[test]
+    fn averages_are_taken_in_linear_light() {
+        let mut target = Target::new(2, 2, [0, 0, 0, 255]);
+        target.color[0] = [255, 255, 255, 255];
+        target.color[3] = [255, 255, 255, 255];
+        target.depth[2] = 0.25;
+        let small = downsample(&target, 2);
+        assert_eq!((small.width, small.height, small.color[0], small.depth[0]), (1, 1, [188, 188, 188, 255], 0.25));
+    }
+
+    #[test]
+    fn a_png_holds_the_same_pixels() {
+        let mut target = Target::new(17, 9, [0, 0, 0, 255]);
+        for (i, pixel) in target.color.iter_mut().enumerate() {
+            *pixel = [(i * 7) as u8, (i * 13) as u8, (i * 29) as u8, 255];
+        }
+        let again = decode_picture(&encode_png(&target)).expect("our own PNG");
+        assert_eq!(compare_images(&target, &again).expect("same size").max, 0);
+    }
+
+    #[test]
+    fn an_empty_target_has_no_png() {
+        assert!(encode_png(&Target::new(0, 5, [0; 4])).is_empty());
+        assert_eq!(downsample(&Target::new(3, 3, [7; 4]), 4).width, 0);
+    }
+}
