@@ -1,1 +1,108 @@
 //! The player: open packs, run the stages, draw, show. The thin binary is `main.rs`.
+//!
+//! `cli` holds the words, `plan` their meanings; `crowd` makes a pack into instances; `headless` and `window` show them
+//! through `gpu_backend` or `cpu_backend`; `stats` is the report. [`run`] is the whole program without the process.
+
+pub mod backend;
+pub mod camera_control;
+pub mod cli;
+pub mod cpu_backend;
+pub mod crowd;
+pub mod error;
+pub mod gpu_backend;
+pub mod gpu_device;
+pub mod headless;
+pub mod overlay;
+pub mod picture;
+pub mod plan;
+pub mod stats;
+pub mod surface;
+pub mod view;
+pub mod window;
+
+pub use error::{Error, Result};
+
+use clap::{CommandFactory, Parser};
+use std::ffi::OsString;
+use std::io::Write;
+
+/// What the player says besides its data: to standard error, or to nobody with `--quiet`.
+pub struct Talk<'a> {
+    stderr: &'a mut dyn Write,
+    quiet: bool,
+}
+
+impl<'a> Talk<'a> {
+    /// Talks to `stderr`.
+    pub fn new(stderr: &'a mut dyn Write, quiet: bool) -> Self {
+        Self { stderr, quiet }
+    }
+
+    /// A line, unless quiet.
+    pub fn say(&mut self, line: &str) {
+        if !self.quiet {
+            // Nobody listening is no reason to stop.
+            let _ = writeln!(self.stderr, "crowdplay: {line}");
+        }
+    }
+}
+
+/// Runs the program: words in (the first is the program's name), data to `stdout`, talk to `stderr`, exit code out.
+pub fn run(
+    args: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    stdout: &mut dyn Write,
+    stderr: &mut dyn Write,
+) -> u8 {
+    let args = match cli::Args::try_parse_from(args) {
+        Ok(args) => args,
+        Err(words) => {
+            // Help and version are data; a broken pipe is success.
+            let text = words.render();
+            let _ = if words.use_stderr() { write!(stderr, "{text}") } else { write!(stdout, "{text}") };
+            return if words.use_stderr() { error::EXIT_USAGE } else { error::EXIT_DONE };
+        }
+    };
+    match follow(&args, stdout, stderr) {
+        Ok(()) => error::EXIT_DONE,
+        Err(error) => {
+            let _ = writeln!(stderr, "crowdplay: error: {error}");
+            error.exit_code()
+        }
+    }
+}
+
+fn follow(args: &cli::Args, stdout: &mut dyn Write, stderr: &mut dyn Write) -> Result<()> {
+    if let Some(shell) = args.completions {
+        let mut script = Vec::new();
+        clap_complete::generate(shell, &mut cli::Args::command(), "crowdplay", &mut script);
+        return picture::write_stdout(stdout, &script);
+    }
+    let mut talk = Talk::new(stderr, args.quiet);
+    if args.list_adapters {
+        return list_adapters(stdout, &mut talk);
+    }
+    let plan = plan::plan(args)?;
+    let aspect = plan.size[0] as f32 / plan.size[1] as f32;
+    let crowd = crowd::gather(&crowd::open_pack(&plan.pack)?, &plan.crowd, aspect)?;
+    for remark in &crowd.remarks {
+        talk.say(remark);
+    }
+    let report = match &plan.show {
+        plan::Show::Headless(headless) => headless::render(&plan, headless, &crowd, stdout, &mut talk)?,
+        plan::Show::Window { frames } => window::show(&plan, *frames, crowd, &mut talk)?,
+    };
+    plan.report.as_deref().map_or(Ok(()), |path| headless::write_report(&report, path, stdout))
+}
+
+fn list_adapters(stdout: &mut dyn Write, talk: &mut Talk<'_>) -> Result<()> {
+    let adapters = gpu_device::list_adapters(&gpu_device::headless_instance());
+    if adapters.is_empty() {
+        talk.say("no adapter was found; --backend cpu draws without one");
+    }
+    let line = |adapter: &wgpu::Adapter| {
+        let adapter = gpu_device::describe(&adapter.get_info());
+        let stats::Adapter { name, backend, driver, driver_version, device_type } = adapter;
+        format!("{name}\t{backend}\t{device_type}\t{driver} {driver_version}\n")
+    };
+    picture::write_stdout(stdout, adapters.iter().map(line).collect::<String>().as_bytes())
+}

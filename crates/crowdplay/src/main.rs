@@ -1,2 +1,8 @@
-//! x
-fn main() {}
+//! Thin: words in, exit code out. Everything else is the library.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let code = crowdplay::run(std::env::args_os(), &mut std::io::stdout().lock(), &mut std::io::stderr());
+    ExitCode::from(code)
+}

@@ -1,0 +1,117 @@
+//! Which of the two draws: a GPU where there is one, else the software rasteriser, said aloud.
+
+use crate::cli::BackendWord;
+use crate::cpu_backend::CpuBackend;
+use crate::crowd::Crowd;
+use crate::gpu_backend::GpuBackend;
+use crate::gpu_device::{self, Gpu};
+use crate::picture::Picture;
+use crate::plan::{GPU_BUDGET, MachinePlan, SOFTWARE_BUDGET};
+use crate::stats::Adapter;
+use crate::{Result, Talk};
+use crowd_stages::{FrameConfig, FrameTotals, Technique};
+
+/// What draws the frames of a headless run.
+pub enum Backend {
+    /// A GPU, or software that plays one.
+    Gpu(Box<GpuBackend>),
+    /// The software rasteriser.
+    Cpu(Box<CpuBackend>),
+}
+
+/// Opens a GPU if the plan wants one and there is one. `None`: draw on the CPU.
+///
+/// # Errors
+/// [`crate::Error::Machine`] when `--backend gpu` or `--adapter` asks for a GPU and there is none.
+pub fn find_gpu(plan: &MachinePlan, talk: &mut Talk<'_>) -> Result<Option<Gpu>> {
+    if plan.backend == BackendWord::Cpu {
+        return Ok(None);
+    }
+    match gpu_device::open(&gpu_device::headless_instance(), plan, None) {
+        Ok(gpu) => {
+            let software = if gpu.is_software() { ", software" } else { "" };
+            talk.say(&format!("adapter: {} ({:?}{software})", gpu.info.name, gpu.info.backend));
+            Ok(Some(gpu))
+        }
+        Err(error) if plan.backend == BackendWord::Auto && plan.adapter.is_none() => {
+            talk.say(&format!("{error}"));
+            talk.say("drawing on the CPU instead (as with --backend cpu)");
+            Ok(None)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// The budget when the user gave none.
+pub fn usual_budget(gpu: Option<&Gpu>) -> u32 {
+    if gpu.is_some_and(|gpu| !gpu.is_software()) { GPU_BUDGET } else { SOFTWARE_BUDGET }
+}
+
+impl Backend {
+    /// Sets up drawing.
+    pub fn new(gpu: Option<Gpu>, crowd: &Crowd, size: [u32; 2], samples: u32, budget: u32) -> Result<Self> {
+        Ok(match gpu {
+            Some(gpu) => Self::Gpu(Box::new(GpuBackend::new(gpu, crowd, size, samples, budget)?)),
+            None => Self::Cpu(Box::new(CpuBackend::new(crowd, size, samples))),
+        })
+    }
+
+    /// Draws a frame and waits for it.
+    pub fn draw(&mut self, crowd: &Crowd, config: &FrameConfig, technique: Technique) -> Result<FrameTotals> {
+        match self {
+            Self::Gpu(gpu) => gpu.draw(config, technique),
+            Self::Cpu(cpu) => Ok(cpu.draw(crowd, config, technique)),
+        }
+    }
+
+    /// The newest frame's pixels.
+    pub fn picture(&self) -> Result<Picture> {
+        match self {
+            Self::Gpu(gpu) => gpu.picture(),
+            Self::Cpu(cpu) => Ok(cpu.picture()),
+        }
+    }
+
+    /// Milliseconds by stage of the newest frame, where offered.
+    pub fn timings_ms(&mut self) -> Vec<(&'static str, f32)> {
+        match self {
+            Self::Gpu(gpu) => gpu.timings_ms(),
+            Self::Cpu(cpu) => cpu.timings_ms(),
+        }
+    }
+
+    /// Bytes of GPU memory; 0 without a GPU.
+    pub fn gpu_bytes(&self) -> u64 {
+        match self {
+            Self::Gpu(gpu) => gpu.gpu_bytes(),
+            Self::Cpu(_) => 0,
+        }
+    }
+
+    /// `gpu` or `cpu`, as in the report.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Gpu(_) => "gpu",
+            Self::Cpu(_) => "cpu",
+        }
+    }
+
+    /// What draws, for the report.
+    pub fn describe(&self) -> Adapter {
+        match self {
+            Self::Gpu(gpu) => gpu.gpu().describe(),
+            Self::Cpu(_) => cpu_adapter(),
+        }
+    }
+}
+
+/// The software rasteriser, for the report.
+pub fn cpu_adapter() -> Adapter {
+    Adapter {
+        name: "crowd-raster".to_owned(),
+        backend: "cpu".to_owned(),
+        driver: "crowd-raster".to_owned(),
+        driver_version: env!("CARGO_PKG_VERSION").to_owned(),
+        device_type: "Cpu".to_owned(),
+    }
+}

@@ -1,0 +1,287 @@
+//! The words of the command line. What they mean is decided in `plan.rs`.
+
+use clap::{Parser, ValueEnum, ValueHint};
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  Look at ten thousand people in a window:
+    crowdplay cast.crowdpack
+
+  One picture without a window, and what it cost:
+    crowdplay cast.crowdpack --headless --size 1280x720 --out crowd.png --report stats.json
+
+  The same picture on a machine without a GPU:
+    crowdplay cast.crowdpack --headless --backend cpu --out crowd.png
+
+  Sixty pictures of a film, 1/30 s apart:
+    crowdplay cast.crowdpack --headless --frames 60 --out frame-%04d.png
+
+  Only two characters, walking, in a street, with half the vertices:
+    crowdplay cast.crowdpack --characters ada,bruno --clips walk --layout street --budget 500000
+
+  The numbers alone, to another program:
+    crowdplay cast.crowdpack --headless --frames 100 --report - | jq .timings.frame_ms.median
+
+  The papers' baseline, every instance at full detail with a draw of its own:
+    crowdplay cast.crowdpack --headless --technique pseudo-instancing --report -
+
+  A camera of your own: azimuth 30 degrees, 20 degrees above the ground, 40 m away:
+    crowdplay cast.crowdpack --orbit 30,20,40
+
+Exit codes:
+  0 done   1 pack, layout or camera path refused   2 usage   3 output not written
+  5 this machine lacks what was asked for: a GPU (--backend gpu, --adapter), a display (without --headless)
+
+Data goes to standard output (--report -, --out -, --list-adapters), everything else to standard error.";
+
+/// Show a baked crowd: in a window, or as pictures without one.
+#[derive(Debug, Clone, Parser)]
+#[command(name = "crowdplay", version, after_help = EXAMPLES, max_term_width = 110)]
+pub struct Args {
+    /// The pack to show, as written by `crowdbake bake`
+    #[arg(value_name = "PACK", value_hint = ValueHint::FilePath,
+          required_unless_present_any = ["list_adapters", "completions"])]
+    pub pack: Option<PathBuf>,
+
+    /// Instances in the crowd
+    #[arg(long, default_value_t = 10_000, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=4_000_000), help_heading = "Crowd")]
+    pub count: u32,
+
+    /// Where they stand: grid, disc, ranks, street, or a layout file (its people are all the crowd)
+    #[arg(long, default_value = "grid", value_name = "NAME|FILE", help_heading = "Crowd")]
+    pub layout: String,
+
+    /// Metres between neighbours [default: from the characters' size]
+    #[arg(long, value_name = "M", value_parser = positive, help_heading = "Crowd")]
+    pub spacing: Option<f32>,
+
+    /// Characters to use, by name [default: all of the pack]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', help_heading = "Crowd")]
+    pub characters: Vec<String>,
+
+    /// Clips to play, by name or part of a name; `all` for all [default: all, or of a character with more than four
+    /// those called idle, walk or run]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', help_heading = "Crowd")]
+    pub clips: Vec<String>,
+
+    /// Draws another crowd of the same kind
+    #[arg(long, default_value_t = 1, help_heading = "Crowd")]
+    pub seed: u32,
+
+    /// Vertices for a whole frame, the papers' N [default: 1000000, on software adapters and --backend cpu 300000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Level of detail")]
+    pub budget: Option<u32>,
+
+    /// Exponent of the budget's split: larger is fairer to the small ones
+    #[arg(long, default_value_t = 3.0, value_parser = alpha, help_heading = "Level of detail")]
+    pub alpha: f32,
+
+    /// What an instance's share follows: its projected area, or also its distance (alpha above 1)
+    #[arg(long, value_enum, default_value_t = WeightWord::Area, help_heading = "Level of detail")]
+    pub weight: WeightWord,
+
+    /// How the crowd is drawn
+    #[arg(long, value_enum, default_value_t = TechniqueWord::Reform, help_heading = "Level of detail")]
+    pub technique: TechniqueWord,
+
+    /// A camera path file, with times, positions and fields of view
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath,
+          conflicts_with_all = ["eye", "target", "orbit"], help_heading = "Camera")]
+    pub camera_path: Option<PathBuf>,
+
+    /// Camera position in metres (Y is up)
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, requires = "target", conflicts_with = "orbit",
+          allow_hyphen_values = true, help_heading = "Camera")]
+    pub eye: Option<[f32; 3]>,
+
+    /// Point looked at, in metres
+    #[arg(long, value_name = "X,Y,Z", value_parser = triple, allow_hyphen_values = true, help_heading = "Camera")]
+    pub target: Option<[f32; 3]>,
+
+    /// Camera around the crowd's middle (or --target): azimuth and elevation in degrees, distance in metres;
+    /// azimuth 0 looks the characters in the face
+    #[arg(long, value_name = "AZ,EL,DIST", value_parser = triple, allow_hyphen_values = true, help_heading = "Camera")]
+    pub orbit: Option<[f32; 3]>,
+
+    /// Vertical field of view in degrees
+    #[arg(long, default_value_t = 45.0, value_name = "DEGREES", value_parser = fov, help_heading = "Camera")]
+    pub fov: f32,
+
+    /// No window: render frames, write pictures and a report
+    #[arg(long, help_heading = "Output")]
+    pub headless: bool,
+
+    /// Frames to render; a window closes after them [default: 1 headless, no end in a window]
+    #[arg(long, value_name = "F", value_parser = clap::value_parser!(u32).range(1..=1_000_000), help_heading = "Output")]
+    pub frames: Option<u32>,
+
+    /// Seconds between headless frames
+    #[arg(long, default_value_t = 1.0 / 30.0, value_name = "S", value_parser = not_negative, help_heading = "Output")]
+    pub dt: f32,
+
+    /// Time of the first frame in seconds
+    #[arg(long, default_value_t = 0.0, value_name = "S", value_parser = not_negative, help_heading = "Output")]
+    pub start: f32,
+
+    /// Picture or window size in pixels
+    #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = size, help_heading = "Output")]
+    pub size: [u32; 2],
+
+    /// PNG of the last frame; with %d or %04d in the name one of each frame; - for standard output
+    #[arg(long, value_name = "PNG", requires = "headless", value_hint = ValueHint::FilePath, help_heading = "Output")]
+    pub out: Option<PathBuf>,
+
+    /// JSON with the frames' totals and times; - for standard output
+    #[arg(long, value_name = "JSON", value_hint = ValueHint::FilePath, help_heading = "Output")]
+    pub report: Option<PathBuf>,
+
+    /// Samples a pixel (without a GPU: supersampling, four times the work) [default: 4]
+    #[arg(long, value_name = "1|4", value_parser = samples, help_heading = "Machine")]
+    pub msaa: Option<u32>,
+
+    /// What draws: the GPU, the CPU, or the GPU if there is one
+    #[arg(long, value_enum, default_value_t = BackendWord::Auto, help_heading = "Machine")]
+    pub backend: BackendWord,
+
+    /// The GPU whose name contains this (see --list-adapters)
+    #[arg(long, value_name = "NAME", help_heading = "Machine")]
+    pub adapter: Option<String>,
+
+    /// List the GPUs and leave
+    #[arg(long, help_heading = "Machine")]
+    pub list_adapters: bool,
+
+    /// Largest texture side in pixels; larger textures are scaled down
+    #[arg(long, default_value_t = 1024, value_name = "PX", value_parser = clap::value_parser!(u32).range(1..=8192), help_heading = "Machine")]
+    pub texture_side: u32,
+
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+
+    /// Print the completions for a shell and leave
+    #[arg(long, value_name = "SHELL")]
+    pub completions: Option<clap_complete::Shell>,
+}
+
+/// `--weight`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum WeightWord {
+    /// Projected area of the bounding sphere (Peng 2011)
+    Area,
+    /// Area, distance and triangles (Dong 2019)
+    AreaDistance,
+}
+
+/// `--technique`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TechniqueWord {
+    /// Continuous level of detail under the budget, one indirect draw
+    Reform,
+    /// One draw per instance at full detail, nothing culled
+    PseudoInstancing,
+}
+
+/// `--backend`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum BackendWord {
+    /// The GPU if there is one, else the CPU, said on standard error
+    Auto,
+    /// A GPU, or exit code 5
+    Gpu,
+    /// The software rasteriser
+    Cpu,
+}
+
+fn finite(text: &str) -> Result<f32, String> {
+    let value: f32 = text.trim().parse().map_err(|_| format!("found {text:?}, allowed a number"))?;
+    if value.is_finite() { Ok(value) } else { Err(format!("found {text}, allowed a finite number")) }
+}
+
+fn within(text: &str, least: f32, greatest: f32) -> Result<f32, String> {
+    let value = finite(text)?;
+    if (least..=greatest).contains(&value) {
+        Ok(value)
+    } else {
+        Err(format!("found {value}, allowed {least} to {greatest}"))
+    }
+}
+
+fn positive(text: &str) -> Result<f32, String> {
+    within(text, 0.01, 10_000.0)
+}
+
+fn not_negative(text: &str) -> Result<f32, String> {
+    within(text, 0.0, 86_400.0)
+}
+
+fn alpha(text: &str) -> Result<f32, String> {
+    within(text, 1.0, 100.0)
+}
+
+fn fov(text: &str) -> Result<f32, String> {
+    within(text, 1.0, 160.0)
+}
+
+fn samples(text: &str) -> Result<u32, String> {
+    match text {
+        "1" => Ok(1),
+        "4" => Ok(4),
+        _ => Err(format!("found {text}, allowed 1 or 4")),
+    }
+}
+
+fn triple(text: &str) -> Result<[f32; 3], String> {
+    let parts: Vec<&str> = text.split(',').collect();
+    let [x, y, z] = parts[..] else {
+        return Err(format!("found {} numbers, allowed three with commas between", parts.len()));
+    };
+    Ok([finite(x)?, finite(y)?, finite(z)?])
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let wrong = || format!("found {text:?}, allowed WIDTHxHEIGHT, each 1 to 16384");
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    let side = |t: &str| t.parse::<u32>().ok().filter(|v| (1..=16_384).contains(v)).ok_or_else(wrong);
+    Ok([side(width)?, side(height)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_words_are_consistent() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_and_triples_are_read_or_refused_with_the_reason() {
+        assert_eq!(size("640x360"), Ok([640, 360]));
+        assert_eq!(triple("-1, 2,3.5"), Ok([-1.0, 2.0, 3.5]));
+        for bad in ["640", "0x10", "x", "99999x1"] {
+            assert!(size(bad).unwrap_err().contains(bad));
+        }
+        assert!(triple("1,2").unwrap_err().contains("found 2 numbers"));
+        assert!(triple("1,2,nan").is_err());
+    }
+
+    #[test]
+    fn usage_errors_are_found_before_any_file_is_opened() {
+        let table: &[&[&str]] = &[
+            &["crowdplay"],
+            &["crowdplay", "p", "--count", "0"],
+            &["crowdplay", "p", "--eye", "1,2,3"],
+            &["crowdplay", "p", "--out", "x.png"],
+            &["crowdplay", "p", "--msaa", "3"],
+            &["crowdplay", "p", "--alpha", "0"],
+            &["crowdplay", "p", "--orbit", "0,1,2", "--camera-path", "c"],
+        ];
+        for words in table {
+            assert!(Args::try_parse_from(*words).is_err(), "{words:?}");
+        }
+        assert!(Args::try_parse_from(["crowdplay", "--list-adapters"]).is_ok());
+    }
+}

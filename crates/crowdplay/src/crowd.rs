@@ -1,0 +1,355 @@
+//! From a pack to the instances of a crowd: who, where, with which clip.
+
+use crate::plan::{ClipPlan, CrowdPlan, LayoutPlan};
+use crate::view::read_text;
+use crate::{Error, Result, stats};
+use crowd_pack::{ManifestCharacter, Pack};
+use crowd_scene::{Camera, Instance, Kind};
+use crowd_stages::{CrowdData, InstanceRecord, LodChoice, cpu};
+use glam::Vec3;
+use std::path::Path;
+
+/// Everything the renderers and the report need to know of the crowd.
+#[derive(Debug, Clone)]
+pub struct Crowd {
+    /// The pack, made ready for the stages.
+    pub data: CrowdData,
+    /// Who stands where.
+    pub instances: Vec<InstanceRecord>,
+    /// Numbers and names for the report.
+    pub summary: stats::Crowd,
+    /// Around all instances.
+    pub bounds: Bounds,
+    /// A camera that makes a picture of this crowd.
+    pub framed: Camera,
+    /// Choices made for the user, as sentences.
+    pub remarks: Vec<String>,
+}
+
+/// Box around all instances, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Least corner.
+    pub min: Vec3,
+    /// Greatest corner.
+    pub max: Vec3,
+    /// Height of the tallest instance.
+    pub height_m: f32,
+}
+
+impl Bounds {
+    /// The crowd's middle, half a person above the ground.
+    pub fn middle(&self) -> Vec3 {
+        let centre = 0.5 * (self.min + self.max);
+        Vec3::new(centre.x, self.min.y + 0.5 * self.height_m, centre.z)
+    }
+}
+
+/// Bytes of a layout file: some forty thousand people a megabyte.
+const LAYOUT_BYTES: u64 = 1 << 30;
+
+/// Opens and checks a pack.
+pub fn open_pack(path: &Path) -> Result<Pack> {
+    Pack::open(path).map_err(|source| Error::Pack { path: path.to_owned(), source })
+}
+
+/// Makes the crowd: decodes textures, resolves names, places instances. `aspect`: width over height of the picture.
+///
+/// # Errors
+/// [`Error::Parameter`] for a character or clip the pack does not have, [`Error::Scene`] for a refused layout file.
+pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
+    let data = CrowdData::from_pack(pack, plan.texture_side)?;
+    let manifest = &pack.contents().manifest.characters;
+    let characters = choose_characters(manifest, &plan.characters)?;
+    let mut remarks = Vec::new();
+    let clips = choose_clips(manifest, &characters, &plan.clips, &mut remarks)?;
+    let kinds: Vec<Kind> =
+        characters.iter().zip(&clips).map(|(&character, clips)| kind(&data, character, clips)).collect();
+    warn_of_unequal_heights(&data, manifest, &characters, &mut remarks);
+
+    let (placed, spacing_m) = match &plan.layout {
+        LayoutPlan::Named(layout) => {
+            let spacing_m = plan.spacing_m.unwrap_or_else(|| usual_spacing(&kinds));
+            (crowd_scene::place(*layout, plan.count, spacing_m, &kinds, &clips, plan.seed), spacing_m)
+        }
+        LayoutPlan::File(path) => (read_layout(path, &kinds)?, 0.0),
+    };
+    let instances: Vec<InstanceRecord> = placed
+        .iter()
+        .map(|one| {
+            let character = characters[one.character as usize];
+            InstanceRecord {
+                position: one.position.to_array(),
+                yaw_rad: one.yaw_rad,
+                scale: one.scale,
+                character,
+                clip: data.characters[character as usize].clip_offset + one.clip,
+                phase_s: one.phase_s,
+            }
+        })
+        .collect();
+    let bounds = bounds(&data, &instances);
+    let framed = crowd_scene::frame_crowd(&placed, bounds.height_m, aspect);
+    let summary = summary(&data, manifest, &characters, &clips, &instances, spacing_m, plan.seed);
+    Ok(Crowd { data, instances, summary, bounds, framed, remarks })
+}
+
+fn read_layout(path: &Path, kinds: &[Kind]) -> Result<Vec<Instance>> {
+    let refused = |problem: String| Error::Scene { path: path.to_owned(), problem };
+    let people =
+        crowd_scene::parse_layout(&read_text(path, LAYOUT_BYTES)?, kinds).map_err(|e| refused(e.to_string()))?;
+    if people.is_empty() {
+        return Err(refused("found nobody, allowed at least one line with a person".to_owned()));
+    }
+    Ok(people)
+}
+
+fn choose_characters(manifest: &[ManifestCharacter], names: &[String]) -> Result<Vec<u32>> {
+    if names.is_empty() {
+        return Ok((0..manifest.len() as u32).collect());
+    }
+    let mut chosen = Vec::new();
+    for name in names {
+        let exact = manifest.iter().position(|c| c.name == *name);
+        let found = exact.or_else(|| manifest.iter().position(|c| c.name.eq_ignore_ascii_case(name)));
+        let index = found.ok_or_else(|| Error::Parameter {
+            option: "--characters",
+            found: name.clone(),
+            allowed: list(manifest.iter().map(|c| c.name.as_str())),
+        })?;
+        if !chosen.contains(&(index as u32)) {
+            chosen.push(index as u32);
+        }
+    }
+    Ok(chosen)
+}
+
+/// The clips of each chosen character that may play, as indices within the character.
+fn choose_clips(
+    manifest: &[ManifestCharacter],
+    characters: &[u32],
+    plan: &ClipPlan,
+    remarks: &mut Vec<String>,
+) -> Result<Vec<Vec<u32>>> {
+    let names_of = |c: u32| -> Vec<&str> { manifest[c as usize].clips.iter().map(|c| c.name.as_str()).collect() };
+    if let ClipPlan::Named(words) = plan {
+        for word in words {
+            if characters.iter().all(|&c| named(&names_of(c), word).is_empty()) {
+                let all = characters.iter().flat_map(|&c| names_of(c));
+                return Err(Error::Parameter { option: "--clips", found: word.clone(), allowed: list(all) });
+            }
+        }
+    }
+    let mut chosen = Vec::with_capacity(characters.len());
+    for &character in characters {
+        let names = names_of(character);
+        let all = || (0..names.len().max(1) as u32).collect::<Vec<u32>>();
+        let clips = match plan {
+            ClipPlan::All => all(),
+            ClipPlan::Usual => usual_clips(&names),
+            ClipPlan::Named(words) => {
+                let mut found: Vec<u32> = words.iter().flat_map(|word| named(&names, word)).collect();
+                found.sort_unstable();
+                found.dedup();
+                if found.is_empty() {
+                    found = usual_clips(&names);
+                    remarks
+                        .push(format!("{}: none of --clips; plays its usual ones", manifest[character as usize].name));
+                }
+                found
+            }
+        };
+        if *plan == ClipPlan::Usual && clips.len() < names.len() {
+            remarks.push(format!(
+                "{}: plays {} of {} clips: {} (--clips all for all)",
+                manifest[character as usize].name,
+                clips.len(),
+                names.len(),
+                list(clips.iter().map(|&c| names[c as usize]))
+            ));
+        }
+        chosen.push(clips);
+    }
+    Ok(chosen)
+}
+
+/// Clips called `word`, or else those whose name contains it; case does not count.
+fn named(names: &[&str], word: &str) -> Vec<u32> {
+    let pick = |rule: &dyn Fn(&str) -> bool| -> Vec<u32> {
+        (0..names.len() as u32).filter(|&i| rule(names[i as usize])).collect()
+    };
+    let exact = pick(&|name| name.eq_ignore_ascii_case(word));
+    let word = word.to_lowercase();
+    if exact.is_empty() { pick(&|name| name.to_lowercase().contains(&word)) } else { exact }
+}
+
+/// What a crowd does when nobody says what it shall do: of many clips those called idle, walk or run, standing on the
+/// ground and going forward; never a T-pose if there is anything else.
+fn usual_clips(names: &[&str]) -> Vec<u32> {
+    const USUAL: [&str; 3] = ["idle", "walk", "run"];
+    const UNUSUAL: [&str; 17] = [
+        "jump", "lie", "lying", "sit", "fall", "death", "dead", "swim", "climb", "crawl", "back", "strafe", "left",
+        "right", "fly", "attack", "hold",
+    ];
+    let lower: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
+    let pick = |rule: &dyn Fn(&str) -> bool| -> Vec<u32> {
+        (0..lower.len() as u32).filter(|&i| rule(&lower[i as usize])).collect()
+    };
+    let plain: String = String::from("tpose");
+    let pose = |name: &str| {
+        let letters: String = name.chars().filter(|c| c.is_alphanumeric()).collect();
+        letters.contains(&plain) || letters.contains("apose") || letters.contains("bindpose")
+    };
+    let usual = |name: &str| USUAL.iter().any(|word| name.contains(word)) && !pose(name);
+    let calm = |name: &str| usual(name) && !UNUSUAL.iter().any(|word| name.contains(word));
+    let choices = if names.len() > 4 { [pick(&calm), pick(&usual)] } else { [Vec::new(), Vec::new()] };
+    let moving = pick(&|name| !pose(name));
+    let all: Vec<u32> = (0..names.len().max(1) as u32).collect();
+    choices.into_iter().chain([moving]).find(|found| !found.is_empty()).unwrap_or(all)
+}
+
+fn kind(data: &CrowdData, character: u32, clips: &[u32]) -> Kind {
+    let record = &data.characters[character as usize];
+    let durations =
+        (0..record.clip_count.max(1)).map(|i| data.clips[(record.clip_offset + i) as usize].duration_s).collect();
+    Kind { footprint_m: footprint_m(data, character, clips), clip_durations_s: durations }
+}
+
+/// Radius on the ground that holds the coarsest level at the start and in the middle of the clips that play.
+fn footprint_m(data: &CrowdData, character: u32, clips: &[u32]) -> f32 {
+    let record = &data.characters[character as usize];
+    let choice = LodChoice { vertex_count: record.min_vertex_count, triangle_count: record.min_triangle_count };
+    let mut greatest = 0.0f32;
+    for &clip in clips.iter().take(8) {
+        let clip = record.clip_offset + clip;
+        let instance = InstanceRecord { scale: 1.0, character, clip, ..Default::default() };
+        for time_s in [0.0, 0.5 * data.clips[clip as usize].duration_s] {
+            let posed = cpu::pose_instance(data, &instance, choice, time_s);
+            for [x, _, z] in posed.positions {
+                greatest = greatest.max((x * x + z * z).sqrt());
+            }
+        }
+    }
+    greatest.max(0.01)
+}
+
+/// Room for everyone: an arm's length between the widest.
+fn usual_spacing(kinds: &[Kind]) -> f32 {
+    let widest = kinds.iter().map(|kind| kind.footprint_m).fold(0.01, f32::max);
+    2.2 * widest
+}
+
+fn warn_of_unequal_heights(
+    data: &CrowdData,
+    manifest: &[ManifestCharacter],
+    characters: &[u32],
+    remarks: &mut Vec<String>,
+) {
+    let height = |&c: &u32| data.characters[c as usize].height_m;
+    let by_height = |a: &&u32, b: &&u32| height(a).total_cmp(&height(b)).then(a.cmp(b));
+    let (Some(tall), Some(small)) = (characters.iter().max_by(by_height), characters.iter().min_by(by_height)) else {
+        return;
+    };
+    if height(tall) > 10.0 * height(small) {
+        remarks.push(format!(
+            "{} is {:.2} m high, {} {:.2} m: one of them may be in other units; bake it with a scale, or choose with --characters",
+            manifest[*tall as usize].name,
+            height(tall),
+            manifest[*small as usize].name,
+            height(small)
+        ));
+    }
+}
+
+fn bounds(data: &CrowdData, instances: &[InstanceRecord]) -> Bounds {
+    let (mut min, mut max, mut height_m) = (Vec3::MAX, Vec3::MIN, 0.0f32);
+    for one in instances {
+        let feet = Vec3::from_array(one.position);
+        let height = data.characters[one.character as usize].height_m * one.scale;
+        min = min.min(feet);
+        max = max.max(feet + Vec3::Y * height);
+        height_m = height_m.max(height);
+    }
+    Bounds { min, max, height_m }
+}
+
+fn summary(
+    data: &CrowdData,
+    manifest: &[ManifestCharacter],
+    characters: &[u32],
+    clips: &[Vec<u32>],
+    instances: &[InstanceRecord],
+    spacing_m: f32,
+    seed: u32,
+) -> stats::Crowd {
+    let of = |one: &InstanceRecord| &data.characters[one.character as usize];
+    let clip_name = |c: u32, i: u32| {
+        let character = &manifest[c as usize];
+        let clip = character.clips.get(i as usize).map_or("rest", |clip| clip.name.as_str());
+        format!("{}/{clip}", character.name)
+    };
+    stats::Crowd {
+        instances: instances.len() as u32,
+        characters: characters.iter().map(|&c| manifest[c as usize].name.clone()).collect(),
+        clips: characters
+            .iter()
+            .zip(clips)
+            .flat_map(|(&c, clips)| clips.iter().map(move |&i| clip_name(c, i)))
+            .collect(),
+        vertices_full: instances.iter().map(|one| u64::from(of(one).vertex_count)).sum(),
+        triangles_full: instances.iter().map(|one| u64::from(of(one).triangle_count)).sum(),
+        spacing_m,
+        seed,
+    }
+}
+
+/// Names with commas between, the first twelve.
+fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.into_iter().collect();
+    let shown = names.iter().take(12).copied().collect::<Vec<_>>().join(", ");
+    if names.len() > 12 { format!("{shown} and {} more", names.len() - 12) } else { shown }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chosen<'a>(names: &[&'a str]) -> Vec<&'a str> {
+        usual_clips(names).into_iter().map(|i| names[i as usize]).collect()
+    }
+
+    #[test]
+    fn of_many_clips_the_calm_ones_on_the_ground_play() {
+        let names =
+            ["1H_Attack", "Idle", "Jump_Idle", "Lie_Idle", "Running_A", "Running_Strafe_Left", "T-Pose", "Walking_A"];
+        assert_eq!(chosen(&names), ["Idle", "Running_A", "Walking_A"]);
+    }
+
+    #[test]
+    fn of_few_clips_all_play_but_a_t_pose() {
+        assert_eq!(chosen(&["Survey", "Walk", "Run"]), ["Survey", "Walk", "Run"]);
+        assert_eq!(chosen(&["T_Pose", "Wave"]), ["Wave"]);
+        assert_eq!(chosen(&["TPose"]), ["TPose"]);
+        assert_eq!(usual_clips(&[]), [0]);
+    }
+
+    #[test]
+    fn without_a_usual_clip_all_but_the_pose_play() {
+        assert_eq!(chosen(&["a", "b", "c", "d", "T-Pose"]), ["a", "b", "c", "d"]);
+        assert_eq!(chosen(&["Sit_Idle", "b", "c", "d", "e"]), ["Sit_Idle"]);
+    }
+
+    #[test]
+    fn a_name_is_taken_whole_before_it_is_taken_as_a_part() {
+        assert_eq!(named(&["Walk", "Walk_Fast"], "walk"), [0]);
+        assert_eq!(named(&["Walking_A", "Walking_B", "Run"], "WALK"), [0, 1]);
+    }
+
+    #[test]
+    fn unknown_names_are_answered_with_the_known() {
+        let ada = ManifestCharacter { name: "Ada".into(), ..Default::default() };
+        let error = choose_characters(std::slice::from_ref(&ada), &["Bob".into()]).unwrap_err();
+        assert_eq!(error.to_string(), "--characters: found Bob, allowed Ada");
+        assert_eq!(choose_characters(&[ada], &["ada".into()]).unwrap(), [0]);
+    }
+}

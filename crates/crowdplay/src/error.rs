@@ -1,0 +1,106 @@
+//! Why the player stopped, and the exit code that says so.
+
+use std::path::PathBuf;
+
+/// Result of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// What went wrong, with the evidence.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The pack was refused.
+    #[error("{path}: {source}", path = path.display())]
+    Pack {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: crowd_pack::Error,
+    },
+    /// A layout or a camera path was refused.
+    #[error("{path}: {problem}", path = path.display())]
+    Scene {
+        /// The file.
+        path: PathBuf,
+        /// The reader's word.
+        problem: String,
+    },
+    /// The crowd could not be set up.
+    #[error("{0}")]
+    Stages(#[from] crowd_stages::Error),
+    /// An option's value does not fit the pack or the other options.
+    #[error("{option}: found {found}, allowed {allowed}")]
+    Parameter {
+        /// The option as typed.
+        option: &'static str,
+        /// Found.
+        found: String,
+        /// Allowed.
+        allowed: String,
+    },
+    /// A file could not be written.
+    #[error("{path}: {source}", path = path.display())]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// The system's word.
+        source: std::io::Error,
+    },
+    /// This machine lacks what was asked for: a GPU, a display.
+    #[error("{what}; {remedy}")]
+    Machine {
+        /// What is missing, with the system's word.
+        what: String,
+        /// What the user can do.
+        remedy: &'static str,
+    },
+}
+
+/// Done.
+pub const EXIT_DONE: u8 = 0;
+/// Input refused: pack, layout, camera path.
+pub const EXIT_INPUT: u8 = 1;
+/// Usage: unknown option, value out of range (clap's number).
+pub const EXIT_USAGE: u8 = 2;
+/// Output failed.
+pub const EXIT_OUTPUT: u8 = 3;
+/// The machine lacks a GPU (`--backend gpu`, `--adapter`) or a display (no `--headless`). 4 is `crowdbake verify`'s.
+pub const EXIT_MACHINE: u8 = 5;
+
+impl Error {
+    /// The exit code: whose fault it was.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Pack { .. } | Self::Scene { .. } => EXIT_INPUT,
+            Self::Stages(crowd_stages::Error::NoAdapter(_) | crowd_stages::Error::Limit { .. }) => EXIT_MACHINE,
+            Self::Stages(_) => EXIT_INPUT,
+            Self::Parameter { .. } => EXIT_USAGE,
+            Self::Output { .. } => EXIT_OUTPUT,
+            Self::Machine { .. } => EXIT_MACHINE,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_fault_has_its_code() {
+        let path = PathBuf::from("a");
+        let io = || std::io::Error::other("x");
+        let version = crowd_pack::Error::Version { found: 9, supported: 1 };
+        let table = [
+            (Error::Pack { path: path.clone(), source: version }, 1),
+            (Error::Scene { path: path.clone(), problem: "p".into() }, 1),
+            (Error::Stages(crowd_stages::Error::NoAdapter("n".into())), 5),
+            (Error::Stages(crowd_stages::Error::Image { index: 0, problem: "p".into() }), 1),
+            (Error::Parameter { option: "--clips", found: "f".into(), allowed: "a".into() }, 2),
+            (Error::Output { path, source: io() }, 3),
+            (Error::Machine { what: "w".into(), remedy: "r" }, 5),
+        ];
+        for (error, code) in table {
+            assert_eq!(error.exit_code(), code, "{error}");
+        }
+    }
+}

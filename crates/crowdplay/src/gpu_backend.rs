@@ -1,0 +1,223 @@
+//! Frames drawn by the GPU into a texture, and read back.
+
+use crate::crowd::Crowd;
+use crate::gpu_device::Gpu;
+use crate::picture::Picture;
+use crate::{Error, Result};
+use crowd_stages::gpu::{CrowdRenderer, RendererOptions};
+use crowd_stages::{CrowdData, FrameConfig, FrameTotals, InstanceRecord, Technique};
+
+/// A renderer that draws into a texture of its own.
+pub struct GpuBackend {
+    gpu: Gpu,
+    renderer: CrowdRenderer,
+    canvas: Canvas,
+}
+
+impl GpuBackend {
+    /// Uploads the crowd. `largest_budget`: the largest N that will be asked for.
+    pub fn new(gpu: Gpu, crowd: &Crowd, size: [u32; 2], samples: u32, largest_budget: u32) -> Result<Self> {
+        check_size(&gpu.device, size)?;
+        let format = wgpu::TextureFormat::Rgba8UnormSrgb;
+        let options = renderer_options(&gpu.device, crowd, format, samples, largest_budget);
+        let mut renderer = CrowdRenderer::new(&gpu.device, &gpu.queue, &crowd.data, options)?;
+        renderer.set_instances(&gpu.queue, &crowd.instances)?;
+        let canvas = Canvas::new(&gpu.device, size, format);
+        Ok(Self { gpu, renderer, canvas })
+    }
+
+    /// Draws a frame and waits until it is done.
+    pub fn draw(&mut self, config: &FrameConfig, technique: Technique) -> Result<FrameTotals> {
+        let Self { gpu, renderer, canvas } = self;
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        let size = (canvas.size[0], canvas.size[1]);
+        renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, technique);
+        gpu.queue.submit([encoder.finish()]);
+        wait(&gpu.device)?;
+        Ok(renderer.totals(&gpu.device, true).unwrap_or_default())
+    }
+
+    /// The newest frame's pixels.
+    pub fn picture(&self) -> Result<Picture> {
+        self.canvas.read(&self.gpu.device, &self.gpu.queue)
+    }
+
+    /// GPU milliseconds by stage of the newest frame.
+    pub fn timings_ms(&mut self) -> Vec<(&'static str, f32)> {
+        self.renderer.timings_ms()
+    }
+
+    /// Bytes of GPU memory.
+    pub fn gpu_bytes(&self) -> u64 {
+        self.renderer.gpu_bytes()
+    }
+
+    /// The device it draws with.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+}
+
+/// Sizes that hold every frame of this crowd at budgets up to `largest_budget`, as far as the adapter allows; what does
+/// not fit is reported by the stages as overflow.
+pub fn renderer_options(
+    device: &wgpu::Device,
+    crowd: &Crowd,
+    color_format: wgpu::TextureFormat,
+    sample_count: u32,
+    largest_budget: u32,
+) -> RendererOptions {
+    let needs = Needs::of(&crowd.data, &crowd.instances, largest_budget);
+    let limits = device.limits();
+    let binding_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    // A vertex list entry is at most eight bytes, a triangle three indices.
+    let vertices_allowed = (binding_bytes / 8).min(u64::from(u32::MAX / 2));
+    let triangles_allowed = (binding_bytes / 12).min(u64::from(u32::MAX / 4));
+    RendererOptions {
+        max_instances: crowd.instances.len() as u32,
+        max_vertices: needs.vertices.clamp(1, vertices_allowed) as u32,
+        max_triangles: needs.triangles.clamp(1, triangles_allowed) as u32,
+        color_format,
+        sample_count,
+    }
+}
+
+/// Upper bounds of what a frame may select.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Needs {
+    vertices: u64,
+    triangles: u64,
+}
+
+impl Needs {
+    fn of(data: &CrowdData, instances: &[InstanceRecord], largest_budget: u32) -> Self {
+        let (mut full, mut least, mut full_triangles) = (0u64, 0u64, 0u64);
+        for one in instances {
+            let character = &data.characters[one.character as usize];
+            full += u64::from(character.vertex_count);
+            least += u64::from(character.min_vertex_count);
+            full_triangles += u64::from(character.triangle_count);
+        }
+        let vertices = u64::from(largest_budget).max(least).min(full);
+        let ratio = data.lods.iter().filter(|l| l.vertex_count > 0).map(triangles_a_vertex).fold(1.0, f64::max);
+        // One more triangle an instance for the rounding.
+        let triangles = ((vertices as f64 * ratio) as u64 + instances.len() as u64).min(full_triangles);
+        Self { vertices, triangles }
+    }
+}
+
+fn triangles_a_vertex(lod: &crowd_pack::LodRecord) -> f64 {
+    f64::from(lod.triangle_count) / f64::from(lod.vertex_count)
+}
+
+/// Refuses pictures the device has no texture for.
+pub fn check_size(device: &wgpu::Device, size: [u32; 2]) -> Result<()> {
+    let allowed = device.limits().max_texture_dimension_2d;
+    if size.iter().all(|&side| side <= allowed) {
+        return Ok(());
+    }
+    Err(Error::Parameter {
+        option: "--size",
+        found: format!("{}x{}", size[0], size[1]),
+        allowed: format!("up to {allowed} pixels a side on this adapter"),
+    })
+}
+
+/// Waits for everything submitted.
+pub fn wait(device: &wgpu::Device) -> Result<()> {
+    device.poll(wgpu::PollType::wait_indefinitely()).map(|_| ()).map_err(|e| Error::Machine {
+        what: format!("the GPU stopped: {e}"),
+        remedy: "try fewer instances, or --backend cpu",
+    })
+}
+
+/// A texture to draw into and read back.
+#[derive(Debug)]
+pub struct Canvas {
+    texture: wgpu::Texture,
+    /// What to draw into.
+    pub view: wgpu::TextureView,
+    /// Pixels.
+    pub size: [u32; 2],
+    format: wgpu::TextureFormat,
+}
+
+impl Canvas {
+    /// `format`: an eight-bit RGBA or BGRA one.
+    pub fn new(device: &wgpu::Device, size: [u32; 2], format: wgpu::TextureFormat) -> Self {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("canvas"),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        Self { texture, view, size, format }
+    }
+
+    /// Copies the pixels out; waits.
+    pub fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Picture> {
+        let [width, height] = self.size;
+        let row_bytes = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("canvas read-back"),
+            size: u64::from(row_bytes) * u64::from(height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+        let into = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+        encoder.copy_texture_to_buffer(self.texture.as_image_copy(), into, self.texture.size());
+        queue.submit([encoder.finish()]);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+            // The receiver lives until the wait below is over.
+            let _ = sender.send(result);
+        });
+        wait(device)?;
+        let lost = |problem: String| Error::Machine {
+            what: format!("the picture could not be read back: {problem}"),
+            remedy: "try a smaller --size, or --backend cpu",
+        };
+        match receiver.try_recv() {
+            Ok(Ok(())) => {}
+            Ok(Err(e)) => return Err(lost(e.to_string())),
+            Err(e) => return Err(lost(e.to_string())),
+        }
+        let bytes = buffer.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
+        let swap = matches!(self.format, wgpu::TextureFormat::Bgra8Unorm | wgpu::TextureFormat::Bgra8UnormSrgb);
+        let mut pixels = Vec::with_capacity(width as usize * height as usize);
+        for row in bytes.chunks_exact(row_bytes as usize) {
+            let (texels, _) = row[..4 * width as usize].as_chunks::<4>();
+            pixels.extend(texels.iter().map(|&[a, b, c, d]| if swap { [c, b, a, d] } else { [a, b, c, d] }));
+        }
+        Ok(Picture { width, height, pixels })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crowd_pack::{CharacterRecord, LodRecord};
+
+    #[test]
+    fn room_for_every_frame() {
+        let lod = |vertex_count, triangle_count| LodRecord { vertex_count, triangle_count };
+        let character =
+            CharacterRecord { vertex_count: 100, triangle_count: 150, min_vertex_count: 10, ..Default::default() };
+        let data = CrowdData {
+            characters: vec![character],
+            lods: vec![lod(0, 0), lod(10, 18), lod(100, 150)],
+            ..Default::default()
+        };
+        let instances = vec![InstanceRecord::default(); 10];
+        assert_eq!(Needs::of(&data, &instances, 5_000), Needs { vertices: 1000, triangles: 1500 });
+        assert_eq!(Needs::of(&data, &instances, 200), Needs { vertices: 200, triangles: 370 });
+        assert_eq!(Needs::of(&data, &instances, 1).vertices, 100, "the coarsest levels are drawn whatever the budget");
+    }
+}

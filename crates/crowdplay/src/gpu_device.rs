@@ -1,0 +1,108 @@
+//! Finding an adapter and opening a device.
+
+use crate::plan::MachinePlan;
+use crate::stats::Adapter;
+use crate::{Error, Result};
+
+/// An open device.
+#[derive(Debug, Clone)]
+pub struct Gpu {
+    /// Where it came from; a window asks it for surface formats.
+    pub adapter: wgpu::Adapter,
+    /// Device.
+    pub device: wgpu::Device,
+    /// Queue.
+    pub queue: wgpu::Queue,
+    /// The adapter, described.
+    pub info: wgpu::AdapterInfo,
+}
+
+impl Gpu {
+    /// Whether a processor plays the GPU's part (lavapipe, WARP).
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// For the report.
+    pub fn describe(&self) -> Adapter {
+        describe(&self.info)
+    }
+}
+
+/// An instance for pictures without a window. `WGPU_BACKEND` narrows the backends.
+pub fn headless_instance() -> wgpu::Instance {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+    descriptor.backends = wgpu::Backends::all().with_env();
+    wgpu::Instance::new(descriptor)
+}
+
+/// Adapters in the order in which they are preferred: graphics cards first, processors last, OpenGL after the rest.
+pub fn list_adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all().with_env()));
+    adapters.sort_by_key(|adapter| preference(&adapter.get_info()));
+    adapters
+}
+
+fn preference(info: &wgpu::AdapterInfo) -> (u32, bool, String) {
+    let kind = match info.device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    };
+    (kind, info.backend == wgpu::Backend::Gl, info.name.clone())
+}
+
+/// For the report.
+pub fn describe(info: &wgpu::AdapterInfo) -> Adapter {
+    Adapter {
+        name: info.name.clone(),
+        backend: format!("{:?}", info.backend),
+        driver: info.driver.clone(),
+        driver_version: info.driver_info.clone(),
+        device_type: format!("{:?}", info.device_type),
+    }
+}
+
+/// Opens the adapter whose name contains the plan's, or the best one that can draw to `surface`.
+pub fn open(instance: &wgpu::Instance, plan: &MachinePlan, surface: Option<&wgpu::Surface<'_>>) -> Result<Gpu> {
+    const REMEDY: &str = "install a Vulkan driver (on Debian: mesa-vulkan-drivers) or use --headless --backend cpu";
+    let all = list_adapters(instance);
+    let names: Vec<String> = all.iter().map(|a| a.get_info().name).collect();
+    let fits = |adapter: &wgpu::Adapter| {
+        let name_fits = plan
+            .adapter
+            .as_deref()
+            .is_none_or(|part| adapter.get_info().name.to_lowercase().contains(&part.to_lowercase()));
+        name_fits && surface.is_none_or(|surface| adapter.is_surface_supported(surface))
+    };
+    let adapter = all.into_iter().find(fits).ok_or_else(|| Error::Machine {
+        what: match &plan.adapter {
+            Some(part) => format!("--adapter: found none with {part:?} in its name among [{}]", names.join(", ")),
+            None if names.is_empty() => "no GPU: no adapter was found".to_owned(),
+            None => format!("no GPU that can draw to this window among [{}]", names.join(", ")),
+        },
+        remedy: REMEDY,
+    })?;
+    let info = adapter.get_info();
+    let request = adapter.request_device(&wgpu::DeviceDescriptor {
+        label: Some("crowdplay"),
+        required_features: wanted_features() & adapter.features(),
+        required_limits: adapter.limits(),
+        experimental_features: wgpu::ExperimentalFeatures::disabled(),
+        memory_hints: wgpu::MemoryHints::Performance,
+        trace: wgpu::Trace::Off,
+    });
+    let (device, queue) = pollster::block_on(request)
+        .map_err(|e| Error::Machine { what: format!("{}: no device: {e}", info.name), remedy: REMEDY })?;
+    Ok(Gpu { adapter, device, queue, info })
+}
+
+/// Used where offered: times of the stages.
+fn wanted_features() -> wgpu::Features {
+    wgpu::Features::TIMESTAMP_QUERY
+        | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+        | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES
+        | wgpu::Features::INDIRECT_FIRST_INSTANCE
+}

@@ -1,0 +1,134 @@
+//! Frames without a window: a fixed time step, pictures, a report. Nothing in here knows of windows.
+
+use crate::backend::{self, Backend};
+use crate::crowd::Crowd;
+use crate::picture::{write_file, write_stdout};
+use crate::plan::{DetailPlan, HeadlessPlan, Plan};
+use crate::stats::{self, Frame, Report, Timings};
+use crate::view::{Viewer, frame_config};
+use crate::{Error, Result, Talk};
+use crowd_stages::{Technique, Weight};
+use std::io::Write;
+use std::path::Path;
+use std::time::Instant;
+
+/// Renders all frames; the report, not yet written.
+pub fn render(
+    plan: &Plan,
+    headless: &HeadlessPlan,
+    crowd: &Crowd,
+    stdout: &mut dyn Write,
+    talk: &mut Talk<'_>,
+) -> Result<Report> {
+    let viewer = Viewer::open(&plan.camera, crowd)?;
+    let gpu = backend::find_gpu(&plan.machine, talk)?;
+    let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref()));
+    let mut backend = Backend::new(gpu, crowd, plan.size, plan.machine.samples, budget)?;
+    let mut frames = Vec::new();
+    let mut pictures = Vec::new();
+    let mut warnings = Vec::new();
+    for number in 0..headless.frames {
+        let time_s = headless.start_s + number as f32 * headless.dt_s;
+        let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
+        let start = Instant::now();
+        let totals = backend.draw(crowd, &config, plan.detail.technique)?;
+        let frame_ms = start.elapsed().as_secs_f32() * 1e3;
+        frames.push(Frame::new(number, time_s, totals, frame_ms, &backend.timings_ms()));
+        for message in stats::overflow_messages(&totals, budget) {
+            if !warnings.contains(&message) && warnings.len() < 16 {
+                talk.say(&format!("frame {number}: {message}"));
+                warnings.push(message);
+            }
+        }
+        if let Some(name) = headless.out.as_ref().filter(|name| name.wants(number, headless.frames)) {
+            let png = backend.picture()?.to_png();
+            match name.file_of(number, headless.frames) {
+                Some(file) => {
+                    write_file(&file, &png)?;
+                    pictures.push(file.display().to_string());
+                }
+                None => write_stdout(stdout, &png)?,
+            }
+        }
+    }
+    say_what_came_out(headless, crowd, &frames, &pictures, budget, talk);
+    let mut report = report(plan, &plan.detail, crowd, budget, backend.word(), backend.describe());
+    report.dt_s = headless.dt_s;
+    report.gpu_bytes = backend.gpu_bytes();
+    report.timings = Timings::of(&frames);
+    report.frames = frames;
+    report.pictures = pictures;
+    report.warnings.extend(warnings);
+    Ok(report)
+}
+
+fn say_what_came_out(
+    headless: &HeadlessPlan,
+    crowd: &Crowd,
+    frames: &[Frame],
+    pictures: &[String],
+    budget: u32,
+    talk: &mut Talk<'_>,
+) {
+    let Some(last) = frames.last() else { return };
+    talk.say(&format!(
+        "{} instances, {} visible; {} of {} triangles, {} of {budget} vertices",
+        crowd.instances.len(),
+        last.visible,
+        last.triangles,
+        crowd.summary.triangles_full,
+        last.vertices
+    ));
+    let times = Timings::of(frames).frame_ms;
+    talk.say(&format!("{} frame(s), median {:.1} ms, p95 {:.1} ms", headless.frames, times.median, times.p95));
+    match pictures {
+        [] => {}
+        [only] => talk.say(&format!("wrote {only}")),
+        [first, .., last] => talk.say(&format!("wrote {first} to {last}")),
+    }
+}
+
+/// A report without frames.
+pub fn report(
+    plan: &Plan,
+    detail: &DetailPlan,
+    crowd: &Crowd,
+    budget: u32,
+    backend: &'static str,
+    adapter: stats::Adapter,
+) -> Report {
+    Report {
+        schema_version: stats::SCHEMA_VERSION,
+        program: format!("crowdplay {}", env!("CARGO_PKG_VERSION")),
+        pack: plan.pack.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        backend,
+        adapter,
+        size: plan.size,
+        samples: plan.machine.samples,
+        technique: match detail.technique {
+            Technique::Reform => "reform",
+            Technique::PseudoInstancing => "pseudo-instancing",
+        },
+        budget,
+        alpha: detail.alpha,
+        weight: match detail.weight {
+            Weight::Area => "area",
+            Weight::AreaDistance => "area-distance",
+        },
+        crowd: crowd.summary.clone(),
+        dt_s: 0.0,
+        gpu_bytes: 0,
+        frames: Vec::new(),
+        timings: Timings::default(),
+        pictures: Vec::new(),
+        warnings: crowd.remarks.clone(),
+    }
+}
+
+/// Writes the report to its file or to standard output.
+pub fn write_report(report: &Report, path: &Path, stdout: &mut dyn Write) -> Result<()> {
+    let mut text = serde_json::to_vec_pretty(report)
+        .map_err(|e| Error::Output { path: path.to_owned(), source: std::io::Error::other(e) })?;
+    text.push(b'\n');
+    if path == Path::new("-") { write_stdout(stdout, &text) } else { write_file(path, &text) }
+}

@@ -1,0 +1,266 @@
+//! What stands over the picture: numbers, a graph of frame times, sliders, keys.
+
+use crate::camera_control::{CameraControl, Mode};
+use crate::stats;
+use crowd_stages::{FrameTotals, Technique, Weight};
+use egui::{Color32, RichText, Sense, Slider, Stroke, Ui, pos2, vec2};
+use std::collections::VecDeque;
+
+/// Frame times the graph shows.
+pub const GRAPH_FRAMES: usize = 180;
+
+/// What the user can change while it runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Knobs {
+    /// Vertices a frame: N.
+    pub budget: u32,
+    /// The largest N there is room for.
+    pub largest_budget: u32,
+    /// Exponent of the split.
+    pub alpha: f32,
+    /// Weight of an instance.
+    pub weight: Weight,
+    /// How the crowd is drawn.
+    pub technique: Technique,
+    /// Time stands still.
+    pub paused: bool,
+    /// Seconds of the crowd a second of the clock.
+    pub time_scale: f32,
+    /// The overlay is shown.
+    pub visible: bool,
+    /// A picture is wanted.
+    pub screenshot: bool,
+}
+
+/// What the overlay shows.
+#[derive(Debug, Clone, Default)]
+pub struct Readings {
+    /// Adapter and backend.
+    pub adapter: String,
+    /// Instances.
+    pub instances: u32,
+    /// Triangles of all instances at full detail.
+    pub triangles_full: u64,
+    /// Newest finished frame.
+    pub totals: FrameTotals,
+    /// Milliseconds by stage of the newest finished frame.
+    pub stages_ms: Vec<(&'static str, f32)>,
+    /// Newest last, milliseconds.
+    pub frame_ms: VecDeque<f32>,
+    /// Bytes of GPU memory.
+    pub gpu_bytes: u64,
+    /// Seconds shown.
+    pub time_s: f32,
+    /// Last word to the user: a picture written, a failure.
+    pub message: Option<String>,
+}
+
+impl Readings {
+    /// Adds a frame time; the oldest goes.
+    pub fn push_frame_ms(&mut self, ms: f32) {
+        if self.frame_ms.len() == GRAPH_FRAMES {
+            self.frame_ms.pop_front();
+        }
+        self.frame_ms.push_back(ms);
+    }
+
+    /// Frames a second over the last half second.
+    pub fn fps(&self) -> f32 {
+        let (mut frames, mut ms) = (0.0, 0.0);
+        for frame_ms in self.frame_ms.iter().rev() {
+            frames += 1.0;
+            ms += frame_ms;
+            if ms > 500.0 {
+                break;
+            }
+        }
+        if ms > 0.0 { 1e3 * frames / ms } else { 0.0 }
+    }
+}
+
+/// Draws the overlay and lets it change the knobs.
+pub fn show(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &CameraControl) {
+    if !knobs.visible {
+        return;
+    }
+    egui::Window::new("crowdplay").default_pos([12.0, 12.0]).default_width(290.0).resizable(false).show(
+        ui.ctx(),
+        |ui| {
+            numbers(ui, knobs, readings);
+            graph(ui, &readings.frame_ms);
+            for line in stats::overflow_messages(&readings.totals, knobs.budget) {
+                ui.label(RichText::new(line).color(Color32::from_rgb(255, 150, 90)));
+            }
+            ui.separator();
+            sliders(ui, knobs);
+            if !readings.stages_ms.is_empty() {
+                egui::CollapsingHeader::new("Times").default_open(true).show(ui, |ui| stages(ui, &readings.stages_ms));
+            }
+            egui::CollapsingHeader::new("Keys").default_open(true).show(ui, |ui| keys(ui, control));
+            if let Some(message) = &readings.message {
+                ui.label(RichText::new(message).color(Color32::from_rgb(150, 220, 150)));
+            }
+        },
+    );
+}
+
+fn numbers(ui: &mut Ui, knobs: &Knobs, readings: &Readings) {
+    let totals = &readings.totals;
+    let last_ms = readings.frame_ms.back().copied().unwrap_or(0.0);
+    ui.label(RichText::new(format!("{:.0} fps   {last_ms:.1} ms", readings.fps())).strong().size(18.0));
+    let row = |ui: &mut Ui, name: &str, value: String| {
+        ui.label(name);
+        ui.label(RichText::new(value).monospace());
+        ui.end_row();
+    };
+    egui::Grid::new("numbers").num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
+        row(ui, "Instances", grouped(u64::from(readings.instances)));
+        row(ui, "Visible", grouped(u64::from(totals.visible_count)));
+        let share = 100.0 * f64::from(totals.triangle_count) / readings.triangles_full.max(1) as f64;
+        let triangles = grouped(u64::from(totals.triangle_count));
+        row(ui, "Triangles", format!("{triangles} of {} ({share:.1} %)", grouped(readings.triangles_full)));
+        let used = 100.0 * f64::from(totals.vertex_count) / f64::from(knobs.budget.max(1));
+        let vertices = grouped(u64::from(totals.vertex_count));
+        row(
+            ui,
+            "Vertices",
+            match knobs.technique {
+                Technique::Reform => format!("{vertices} of N ({used:.1} %)"),
+                Technique::PseudoInstancing => format!("{vertices}, no budget"),
+            },
+        );
+        if readings.gpu_bytes > 0 {
+            row(ui, "GPU memory", format!("{:.1} MB", readings.gpu_bytes as f64 / 1e6));
+        }
+        row(ui, "Drawn by", readings.adapter.clone());
+    });
+}
+
+/// Bars of the last frames; lines at 60 and 30 frames a second.
+fn graph(ui: &mut Ui, frame_ms: &VecDeque<f32>) {
+    let (area, _) = ui.allocate_exact_size(vec2(ui.available_width().max(260.0), 52.0), Sense::hover());
+    let painter = ui.painter_at(area);
+    painter.rect_filled(area, 2.0, Color32::from_black_alpha(120));
+    let longest = frame_ms.iter().copied().fold(20.0, f32::max) * 1.1;
+    let y_of = |ms: f32| area.bottom() - area.height() * (ms / longest).min(1.0);
+    let bar = area.width() / GRAPH_FRAMES as f32;
+    for (i, &ms) in frame_ms.iter().enumerate() {
+        let x = area.left() + bar * (i as f32 + 0.5);
+        let color = match ms {
+            ms if ms <= 17.5 => Color32::from_rgb(110, 200, 120),
+            ms if ms <= 34.0 => Color32::from_rgb(220, 200, 90),
+            _ => Color32::from_rgb(230, 120, 80),
+        };
+        painter.line_segment([pos2(x, area.bottom()), pos2(x, y_of(ms))], Stroke::new(bar.max(1.0), color));
+    }
+    for (ms, name) in [(1e3 / 60.0, "60"), (1e3 / 30.0, "30")] {
+        if ms < longest {
+            let line = Stroke::new(1.0, Color32::from_white_alpha(90));
+            painter.line_segment([pos2(area.left(), y_of(ms)), pos2(area.right(), y_of(ms))], line);
+            let at = pos2(area.right() - 2.0, y_of(ms));
+            let font = egui::FontId::proportional(10.0);
+            painter.text(at, egui::Align2::RIGHT_BOTTOM, name, font, Color32::from_white_alpha(160));
+        }
+    }
+}
+
+fn sliders(ui: &mut Ui, knobs: &mut Knobs) {
+    let largest = knobs.largest_budget.max(1_001);
+    ui.add(Slider::new(&mut knobs.budget, 1_000..=largest).logarithmic(true).text("budget N"));
+    ui.add(Slider::new(&mut knobs.alpha, 1.0..=8.0).text("alpha"));
+    ui.horizontal(|ui| {
+        ui.label("Weight");
+        ui.selectable_value(&mut knobs.weight, Weight::Area, "area");
+        ui.selectable_value(&mut knobs.weight, Weight::AreaDistance, "area, distance");
+    });
+    ui.horizontal(|ui| {
+        ui.label("Technique");
+        ui.selectable_value(&mut knobs.technique, Technique::Reform, "reform");
+        ui.selectable_value(&mut knobs.technique, Technique::PseudoInstancing, "pseudo-instancing");
+    });
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut knobs.paused, "pause");
+        ui.add(Slider::new(&mut knobs.time_scale, 0.0..=4.0).text("time scale"));
+    });
+    if ui.button("Save picture").clicked() {
+        knobs.screenshot = true;
+    }
+}
+
+fn stages(ui: &mut Ui, stages_ms: &[(&'static str, f32)]) {
+    egui::Grid::new("stages").num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
+        for (stage, ms) in stages_ms {
+            ui.label(stage.replace('_', " "));
+            ui.label(RichText::new(format!("{ms:8.3} ms")).monospace());
+            ui.end_row();
+        }
+    });
+}
+
+fn keys(ui: &mut Ui, control: &CameraControl) {
+    let mode = match control.mode {
+        Mode::Orbit => "orbit".to_owned(),
+        Mode::Fly => format!("fly, {:.1} m/s", control.speed_m_s()),
+    };
+    let rows = [
+        ("Tab", format!("orbit or fly (now {mode})")),
+        ("Drag", "turn; with the other buttons shift".to_owned()),
+        ("Wheel", "closer; in flight faster".to_owned()),
+        ("W A S D Q E", "move, Shift fast".to_owned()),
+        ("Space", "pause".to_owned()),
+        ("R", "first view".to_owned()),
+        ("P", "save picture".to_owned()),
+        ("F1", "hide this".to_owned()),
+        ("Esc", "leave".to_owned()),
+    ];
+    egui::Grid::new("keys").num_columns(2).spacing([10.0, 1.0]).show(ui, |ui| {
+        for (key, meaning) in rows {
+            ui.label(RichText::new(key).monospace().size(11.0));
+            ui.label(RichText::new(meaning).size(11.0));
+            ui.end_row();
+        }
+    });
+}
+
+/// 1234567 as 1,234,567.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped() {
+        assert_eq!(grouped(0), "0");
+        assert_eq!(grouped(999), "999");
+        assert_eq!(grouped(1_000), "1,000");
+        assert_eq!(grouped(1_234_567), "1,234,567");
+    }
+
+    #[test]
+    fn fps_counts_the_last_half_second() {
+        let mut readings = Readings::default();
+        assert_eq!(readings.fps(), 0.0);
+        for _ in 0..100 {
+            readings.push_frame_ms(1000.0);
+        }
+        for _ in 0..60 {
+            readings.push_frame_ms(10.0);
+        }
+        assert!((readings.fps() - 100.0).abs() < 1.0);
+        for _ in 0..500 {
+            readings.push_frame_ms(5.0);
+        }
+        assert_eq!(readings.frame_ms.len(), GRAPH_FRAMES);
+    }
+}

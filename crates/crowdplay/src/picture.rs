@@ -1,0 +1,81 @@
+//! Pictures out of a backend and into files: nothing half-written is ever left behind.
+
+use crate::{Error, Result};
+use std::io::Write;
+use std::path::Path;
+
+/// A finished frame: sRGB-encoded RGBA8, row 0 at the top.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// `width * height`, row by row.
+    pub pixels: Vec<[u8; 4]>,
+}
+
+impl Picture {
+    /// PNG bytes, opaque.
+    pub fn to_png(&self) -> Vec<u8> {
+        let rgb: Vec<u8> = self.pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
+        let mut bytes = Vec::new();
+        let image = image::RgbImage::from_raw(self.width, self.height, rgb)
+            .expect("a picture has width * height pixels: both backends make it so");
+        image
+            .write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png)
+            .expect("encoding eight-bit RGB into memory has no way to fail");
+        bytes
+    }
+}
+
+/// Writes under a temporary name in the same folder and renames: the old file or the new one, never half.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
+    let failed = |source| Error::Output { path: path.to_owned(), source };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".crowdplay-").suffix(".part");
+    #[cfg(unix)]
+    {
+        // Like any file a program makes: the umask decides, not the temporary file's 0600.
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(folder).map_err(failed)?;
+    file.write_all(bytes).map_err(failed)?;
+    file.persist(path).map_err(|e| failed(e.error))?;
+    Ok(())
+}
+
+/// Writes to standard output; a reader that has gone away is no failure.
+pub fn write_stdout(stdout: &mut dyn Write, bytes: &[u8]) -> Result<()> {
+    match stdout.write_all(bytes).and_then(|()| stdout.flush()) {
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        other => other.map_err(|source| Error::Output { path: "standard output".into(), source }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_survives_its_png() {
+        let pixels = vec![[1, 2, 3, 255], [4, 5, 6, 255]];
+        let picture = Picture { width: 2, height: 1, pixels: pixels.clone() };
+        let back = image::load_from_memory(&picture.to_png()).unwrap().to_rgba8();
+        assert_eq!(back.pixels().map(|p| p.0).collect::<Vec<_>>(), pixels);
+    }
+
+    #[test]
+    fn a_failed_write_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = folder.path().join("no/such/folder.png");
+        let error = write_file(&missing, b"x").unwrap_err();
+        assert_eq!(error.exit_code(), crate::error::EXIT_OUTPUT);
+        write_file(&folder.path().join("a"), b"one").unwrap();
+        write_file(&folder.path().join("a"), b"two").unwrap();
+        assert_eq!(std::fs::read(folder.path().join("a")).unwrap(), b"two");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}

@@ -1,0 +1,393 @@
+//! What the command line means: one plan, all defaults decided, no file opened yet.
+
+use crate::cli::{Args, BackendWord, TechniqueWord, WeightWord};
+use crate::{Error, Result};
+use crowd_scene::Layout;
+use crowd_stages::{Technique, Weight};
+use std::path::{Path, PathBuf};
+
+/// Vertices a frame by default on a graphics card.
+pub const GPU_BUDGET: u32 = 1_000_000;
+/// Vertices a frame by default where a processor draws: the software rasteriser and software adapters.
+pub const SOFTWARE_BUDGET: u32 = 300_000;
+
+/// Everything the player is asked to do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The pack's file.
+    pub pack: PathBuf,
+    /// Who stands where.
+    pub crowd: CrowdPlan,
+    /// Level of detail.
+    pub detail: DetailPlan,
+    /// From where it is seen.
+    pub camera: CameraPlan,
+    /// What draws.
+    pub machine: MachinePlan,
+    /// Picture or window, pixels.
+    pub size: [u32; 2],
+    /// JSON report; `-` is standard output.
+    pub report: Option<PathBuf>,
+    /// Window or pictures.
+    pub show: Show,
+}
+
+/// Who stands where.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CrowdPlan {
+    /// Instances.
+    pub count: u32,
+    /// Places.
+    pub layout: LayoutPlan,
+    /// Metres between neighbours; `None`: from the characters' size.
+    pub spacing_m: Option<f32>,
+    /// Names; empty: all.
+    pub characters: Vec<String>,
+    /// Which clips.
+    pub clips: ClipPlan,
+    /// Of the hash that deals out characters, clips and phases.
+    pub seed: u32,
+    /// Largest texture side, pixels.
+    pub texture_side: u32,
+}
+
+/// Places, by name or from a file.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LayoutPlan {
+    /// A layout of `crowd-scene`.
+    Named(Layout),
+    /// A layout file.
+    File(PathBuf),
+}
+
+/// Which clips play.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ClipPlan {
+    /// All of a character with few clips; idle, walk and run of one with many.
+    Usual,
+    /// All.
+    All,
+    /// Those whose name is, or else contains, one of these.
+    Named(Vec<String>),
+}
+
+/// Level of detail.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DetailPlan {
+    /// Vertices a frame; `None`: [`GPU_BUDGET`] or [`SOFTWARE_BUDGET`].
+    pub budget: Option<u32>,
+    /// Exponent of the split.
+    pub alpha: f32,
+    /// Weight of an instance.
+    pub weight: Weight,
+    /// How it is drawn.
+    pub technique: Technique,
+}
+
+/// From where the crowd is seen.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CameraPlan {
+    /// Framed so that the crowd fills the picture.
+    Framed {
+        /// Vertical field of view.
+        fov_y_rad: f32,
+    },
+    /// Given.
+    Fixed {
+        /// Position, metres.
+        eye: [f32; 3],
+        /// Looked at, metres.
+        target: [f32; 3],
+        /// Vertical field of view.
+        fov_y_rad: f32,
+    },
+    /// Around a point.
+    Orbit {
+        /// 0 is in front of the characters (+Z).
+        azimuth_rad: f32,
+        /// Above the ground.
+        elevation_rad: f32,
+        /// Metres.
+        distance_m: f32,
+        /// `None`: the crowd's middle.
+        target: Option<[f32; 3]>,
+        /// Vertical field of view.
+        fov_y_rad: f32,
+    },
+    /// From a file, over time.
+    Path {
+        /// The file; it holds the fields of view, too.
+        path: PathBuf,
+    },
+}
+
+/// What draws.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MachinePlan {
+    /// GPU, CPU or whichever there is.
+    pub backend: BackendWord,
+    /// Part of the adapter's name.
+    pub adapter: Option<String>,
+    /// Samples a pixel, 1 or 4.
+    pub samples: u32,
+}
+
+/// Window or pictures.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Show {
+    /// A window; closes after `frames`.
+    Window {
+        /// `None`: stays open.
+        frames: Option<u32>,
+    },
+    /// Pictures and a report.
+    Headless(HeadlessPlan),
+}
+
+/// Frames without a window.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeadlessPlan {
+    /// At least one.
+    pub frames: u32,
+    /// Seconds between frames.
+    pub dt_s: f32,
+    /// Time of the first frame, seconds.
+    pub start_s: f32,
+    /// Pictures.
+    pub out: Option<PictureName>,
+}
+
+/// Where pictures go.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum PictureName {
+    /// The last frame, to standard output.
+    Stdout,
+    /// The last frame, to a file.
+    Last(PathBuf),
+    /// Each frame: text before the number, digits to pad to, text after it.
+    Each {
+        /// Before.
+        before: String,
+        /// At least so many digits.
+        digits: usize,
+        /// After.
+        after: String,
+    },
+}
+
+impl PictureName {
+    /// Reads `%d` or `%04d` in the file's name.
+    fn parse(out: &Path) -> Result<Self> {
+        let Some(text) = out.to_str() else { return Ok(Self::Last(out.to_owned())) };
+        if text == "-" {
+            return Ok(Self::Stdout);
+        }
+        let Some((before, rest)) = text.split_once('%') else { return Ok(Self::Last(out.to_owned())) };
+        let refused = || Error::Parameter {
+            option: "--out",
+            found: text.to_owned(),
+            allowed: "one %d or %04d for the frame's number".to_owned(),
+        };
+        let (digits, after) = rest.split_once('d').ok_or_else(refused)?;
+        if digits.len() > 2 || !digits.chars().all(|c| c.is_ascii_digit()) || after.contains('%') {
+            return Err(refused());
+        }
+        let digits = digits.parse().unwrap_or(1);
+        Ok(Self::Each { before: before.to_owned(), digits, after: after.to_owned() })
+    }
+
+    /// File of a frame, if that frame is to be written to a file.
+    pub fn file_of(&self, frame: u32, frames: u32) -> Option<PathBuf> {
+        match self {
+            Self::Stdout => None,
+            Self::Last(path) => (frame + 1 == frames).then(|| path.clone()),
+            Self::Each { before, digits, after } => {
+                Some(PathBuf::from(format!("{before}{frame:0width$}{after}", width = digits)))
+            }
+        }
+    }
+
+    /// Whether the frame's pixels are needed at all.
+    pub fn wants(&self, frame: u32, frames: u32) -> bool {
+        frame + 1 == frames || matches!(self, Self::Each { .. })
+    }
+}
+
+/// Decides. The pack is there: clap asked for it.
+pub fn plan(args: &Args) -> Result<Plan> {
+    let show = if args.headless {
+        let out = args.out.as_deref().map(PictureName::parse).transpose()?;
+        Show::Headless(HeadlessPlan { frames: args.frames.unwrap_or(1), dt_s: args.dt, start_s: args.start, out })
+    } else {
+        Show::Window { frames: args.frames }
+    };
+    if let Show::Headless(HeadlessPlan { out: Some(PictureName::Stdout), .. }) = &show
+        && args.report.as_deref() == Some(Path::new("-"))
+    {
+        return Err(Error::Parameter {
+            option: "--report",
+            found: "- together with --out -".to_owned(),
+            allowed: "one of the two on standard output".to_owned(),
+        });
+    }
+    if args.backend == BackendWord::Cpu && args.adapter.is_some() {
+        return Err(Error::Parameter {
+            option: "--adapter",
+            found: "with --backend cpu".to_owned(),
+            allowed: "gpu or auto".to_owned(),
+        });
+    }
+    if args.weight == WeightWord::AreaDistance && args.alpha <= 1.0 {
+        return Err(Error::Parameter {
+            option: "--alpha",
+            found: args.alpha.to_string(),
+            allowed: "more than 1 with --weight area-distance".to_owned(),
+        });
+    }
+    Ok(Plan {
+        pack: args.pack.clone().unwrap_or_default(),
+        crowd: CrowdPlan {
+            count: args.count,
+            layout: layout(&args.layout)?,
+            spacing_m: args.spacing,
+            characters: args.characters.clone(),
+            clips: clips(&args.clips),
+            seed: args.seed,
+            texture_side: args.texture_side,
+        },
+        detail: DetailPlan {
+            budget: args.budget,
+            alpha: args.alpha,
+            weight: match args.weight {
+                WeightWord::Area => Weight::Area,
+                WeightWord::AreaDistance => Weight::AreaDistance,
+            },
+            technique: match args.technique {
+                TechniqueWord::Reform => Technique::Reform,
+                TechniqueWord::PseudoInstancing => Technique::PseudoInstancing,
+            },
+        },
+        camera: camera(args)?,
+        machine: MachinePlan { backend: args.backend, adapter: args.adapter.clone(), samples: args.msaa.unwrap_or(4) },
+        size: args.size,
+        report: args.report.clone(),
+        show,
+    })
+}
+
+fn layout(word: &str) -> Result<LayoutPlan> {
+    Ok(match word {
+        "grid" => LayoutPlan::Named(Layout::Grid),
+        "disc" => LayoutPlan::Named(Layout::Disc),
+        "ranks" => LayoutPlan::Named(Layout::Ranks),
+        "street" => LayoutPlan::Named(Layout::Street),
+        file if file.contains(['.', '/', '\\']) => LayoutPlan::File(PathBuf::from(file)),
+        other => {
+            return Err(Error::Parameter {
+                option: "--layout",
+                found: other.to_owned(),
+                allowed: "grid, disc, ranks, street or a file".to_owned(),
+            });
+        }
+    })
+}
+
+fn clips(words: &[String]) -> ClipPlan {
+    match words {
+        [] => ClipPlan::Usual,
+        [all] if all.eq_ignore_ascii_case("all") => ClipPlan::All,
+        names => ClipPlan::Named(names.to_vec()),
+    }
+}
+
+fn camera(args: &Args) -> Result<CameraPlan> {
+    let fov_y_rad = args.fov.to_radians();
+    if let Some(path) = &args.camera_path {
+        return Ok(CameraPlan::Path { path: path.clone() });
+    }
+    if let (Some(eye), Some(target)) = (args.eye, args.target) {
+        if eye == target {
+            return Err(Error::Parameter {
+                option: "--target",
+                found: "the same point as --eye".to_owned(),
+                allowed: "another point".to_owned(),
+            });
+        }
+        return Ok(CameraPlan::Fixed { eye, target, fov_y_rad });
+    }
+    if let Some([azimuth, elevation, distance_m]) = args.orbit {
+        if !(0.01..=1e6).contains(&distance_m) || !(-89.0..=89.0).contains(&elevation) {
+            return Err(Error::Parameter {
+                option: "--orbit",
+                found: format!("elevation {elevation}, distance {distance_m}"),
+                allowed: "elevation -89 to 89, distance 0.01 to 1000000".to_owned(),
+            });
+        }
+        return Ok(CameraPlan::Orbit {
+            azimuth_rad: azimuth.to_radians(),
+            elevation_rad: elevation.to_radians(),
+            distance_m,
+            target: args.target,
+            fov_y_rad,
+        });
+    }
+    if args.target.is_some() {
+        return Err(Error::Parameter {
+            option: "--target",
+            found: "alone".to_owned(),
+            allowed: "with --eye or --orbit".to_owned(),
+        });
+    }
+    Ok(CameraPlan::Framed { fov_y_rad })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    fn planned(words: &[&str]) -> Result<Plan> {
+        let words = ["crowdplay", "p.crowdpack"].iter().chain(words);
+        plan(&Args::try_parse_from(words).expect("the words are clap's to accept"))
+    }
+
+    #[test]
+    fn numbers_in_file_names() {
+        let each = PictureName::parse(Path::new("a/frame-%04d.png")).unwrap();
+        assert_eq!(each.file_of(7, 10), Some(PathBuf::from("a/frame-0007.png")));
+        assert!(each.wants(7, 10));
+        let last = PictureName::parse(Path::new("x.png")).unwrap();
+        assert_eq!(last.file_of(7, 10), None);
+        assert_eq!(last.file_of(9, 10), Some(PathBuf::from("x.png")));
+        assert!(!last.wants(7, 10) && last.wants(9, 10));
+        for bad in ["%s.png", "%d-%d.png", "100%.png", "%0004d.png"] {
+            assert!(PictureName::parse(Path::new(bad)).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn options_that_exclude_each_other_are_usage_errors() {
+        let table: &[&[&str]] = &[
+            &["--headless", "--out", "-", "--report", "-"],
+            &["--backend", "cpu", "--adapter", "x"],
+            &["--weight", "area-distance", "--alpha", "1"],
+            &["--target", "1,2,3"],
+            &["--eye", "1,2,3", "--target", "1,2,3"],
+            &["--orbit", "0,90,10"],
+            &["--layout", "circle"],
+        ];
+        for words in table {
+            let error = planned(words).expect_err("these words contradict each other");
+            assert_eq!(error.exit_code(), crate::error::EXIT_USAGE, "{words:?}: {error}");
+        }
+    }
+
+    #[test]
+    fn defaults() {
+        let plan = planned(&[]).unwrap();
+        assert_eq!(plan.show, Show::Window { frames: None });
+        assert_eq!(plan.crowd.clips, ClipPlan::Usual);
+        assert_eq!(plan.detail.technique, Technique::Reform);
+        assert_eq!(planned(&["--layout", "a.toml"]).unwrap().crowd.layout, LayoutPlan::File("a.toml".into()));
+    }
+}

@@ -1,0 +1,243 @@
+//! The report: what each frame came to, and how long it took. JSON with a schema number.
+
+use crowd_stages::{FrameTotals, overflow};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Number of the report's shape; grows when a key changes its meaning or goes.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The whole report.
+#[derive(Debug, Clone, Serialize)]
+pub struct Report {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Program and version.
+    pub program: String,
+    /// The pack's file name, without folder.
+    pub pack: String,
+    /// `gpu` or `cpu`.
+    pub backend: &'static str,
+    /// What drew.
+    pub adapter: Adapter,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Samples a pixel.
+    pub samples: u32,
+    /// `reform` or `pseudo-instancing`.
+    pub technique: &'static str,
+    /// Vertices a frame: N.
+    pub budget: u32,
+    /// Exponent of the split.
+    pub alpha: f32,
+    /// `area` or `area-distance`.
+    pub weight: &'static str,
+    /// The crowd.
+    pub crowd: Crowd,
+    /// Seconds between frames; 0 in a window, where the clock decides.
+    pub dt_s: f32,
+    /// Bytes of GPU memory asked for; 0 without a GPU.
+    pub gpu_bytes: u64,
+    /// Frames, in order.
+    pub frames: Vec<Frame>,
+    /// Times over all frames but the first, which pays for shader compilation (with one frame: that one).
+    pub timings: Timings,
+    /// Pictures written.
+    pub pictures: Vec<String>,
+    /// What was said on standard error besides.
+    pub warnings: Vec<String>,
+}
+
+/// What drew.
+#[derive(Debug, Clone, Serialize, Default, PartialEq, Eq)]
+pub struct Adapter {
+    /// The adapter's name, or `crowd-raster`.
+    pub name: String,
+    /// `Vulkan`, `Metal`, ... or `cpu`.
+    pub backend: String,
+    /// Driver.
+    pub driver: String,
+    /// Its version.
+    pub driver_version: String,
+    /// `DiscreteGpu`, `IntegratedGpu`, `Cpu`, ...
+    pub device_type: String,
+}
+
+/// The crowd at full detail.
+#[derive(Debug, Clone, Serialize, Default, PartialEq)]
+pub struct Crowd {
+    /// Instances.
+    pub instances: u32,
+    /// Characters used.
+    pub characters: Vec<String>,
+    /// Clips used, `character/clip`.
+    pub clips: Vec<String>,
+    /// Vertices of all instances at full detail.
+    pub vertices_full: u64,
+    /// Triangles of all instances at full detail.
+    pub triangles_full: u64,
+    /// Metres between neighbours; 0 from a layout file.
+    pub spacing_m: f32,
+    /// Seed.
+    pub seed: u32,
+}
+
+/// One frame.
+#[derive(Debug, Clone, Serialize, PartialEq)]
+pub struct Frame {
+    /// Number, from 0.
+    pub frame: u32,
+    /// Time shown, seconds.
+    pub time_s: f32,
+    /// Instances in view.
+    pub visible: u32,
+    /// Vertices selected.
+    pub vertices: u32,
+    /// Triangles drawn.
+    pub triangles: u32,
+    /// Least budget that draws all visible instances.
+    pub min_vertices: u32,
+    /// What did not fit: `budget`, `vertices`, `triangles`.
+    pub overflow: Vec<&'static str>,
+    /// Vertices needed when they overflowed.
+    pub needed_vertices: u32,
+    /// Triangles needed when they overflowed.
+    pub needed_triangles: u32,
+    /// From recording to finished, milliseconds.
+    pub frame_ms: f32,
+    /// GPU (or CPU) milliseconds by stage, where offered.
+    pub stages_ms: BTreeMap<&'static str, f32>,
+}
+
+impl Frame {
+    /// A frame from what the stages counted.
+    pub fn new(frame: u32, time_s: f32, totals: FrameTotals, frame_ms: f32, stages: &[(&'static str, f32)]) -> Self {
+        Self {
+            frame,
+            time_s,
+            visible: totals.visible_count,
+            vertices: totals.vertex_count,
+            triangles: totals.triangle_count,
+            min_vertices: totals.min_vertex_count,
+            overflow: overflow_words(totals.overflow),
+            needed_vertices: totals.needed_vertices,
+            needed_triangles: totals.needed_triangles,
+            frame_ms,
+            stages_ms: stages.iter().copied().collect(),
+        }
+    }
+}
+
+/// The overflow bits by name.
+pub fn overflow_words(bits: u32) -> Vec<&'static str> {
+    let names = [(overflow::BUDGET, "budget"), (overflow::VERTICES, "vertices"), (overflow::TRIANGLES, "triangles")];
+    names.iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| *name).collect()
+}
+
+/// What an overflow means and what helps, a sentence each.
+pub fn overflow_messages(totals: &FrameTotals, budget: u32) -> Vec<String> {
+    let mut messages = Vec::new();
+    if totals.overflow & overflow::BUDGET != 0 {
+        messages.push(format!(
+            "budget: the coarsest levels of the {} visible instances have {} vertices, the budget is {budget}; raise --budget",
+            totals.visible_count, totals.min_vertex_count
+        ));
+    }
+    if totals.overflow & overflow::VERTICES != 0 {
+        messages.push(format!(
+            "vertices: {} needed, the frame's list holds fewer; instances past its end are not drawn; use fewer instances or a smaller --budget",
+            totals.needed_vertices
+        ));
+    }
+    if totals.overflow & overflow::TRIANGLES != 0 {
+        messages.push(format!(
+            "triangles: {} needed, the frame's index buffer holds fewer; instances past its end are not drawn; use a smaller --budget",
+            totals.needed_triangles
+        ));
+    }
+    messages
+}
+
+/// Times over the frames.
+#[derive(Debug, Clone, Serialize, Default, PartialEq)]
+pub struct Timings {
+    /// Frames counted.
+    pub frames: u32,
+    /// Whole frames.
+    pub frame_ms: Spread,
+    /// By stage.
+    pub stages_ms: BTreeMap<&'static str, Spread>,
+}
+
+/// Middle and tail of a set of times, milliseconds.
+#[derive(Debug, Clone, Copy, Serialize, Default, PartialEq)]
+pub struct Spread {
+    /// Half are shorter.
+    pub median: f32,
+    /// 95 % are not longer.
+    pub p95: f32,
+    /// Shortest.
+    pub min: f32,
+    /// Longest.
+    pub max: f32,
+}
+
+impl Spread {
+    /// Of some times; zeros of none. Nearest rank, so each number is one that was measured.
+    pub fn of(mut times_ms: Vec<f32>) -> Self {
+        if times_ms.is_empty() {
+            return Self::default();
+        }
+        times_ms.sort_by(f32::total_cmp);
+        let n = times_ms.len();
+        let rank = |percent: usize| times_ms[(n * percent).div_ceil(100).max(1) - 1];
+        Self { median: rank(50), p95: rank(95), min: times_ms[0], max: times_ms[n - 1] }
+    }
+}
+
+impl Timings {
+    /// Over all frames but the first.
+    pub fn of(frames: &[Frame]) -> Self {
+        let counted = if frames.len() > 1 { &frames[1..] } else { frames };
+        let mut stages: BTreeMap<&'static str, Vec<f32>> = BTreeMap::new();
+        for (stage, ms) in counted.iter().flat_map(|f| &f.stages_ms) {
+            stages.entry(stage).or_default().push(*ms);
+        }
+        Self {
+            frames: counted.len() as u32,
+            frame_ms: Spread::of(counted.iter().map(|f| f.frame_ms).collect()),
+            stages_ms: stages.into_iter().map(|(stage, times)| (stage, Spread::of(times))).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spreads_are_measured_numbers() {
+        assert_eq!(Spread::of(vec![]), Spread::default());
+        assert_eq!(Spread::of(vec![3.0]), Spread { median: 3.0, p95: 3.0, min: 3.0, max: 3.0 });
+        let hundred: Vec<f32> = (1..=100).rev().map(|i| i as f32).collect();
+        assert_eq!(Spread::of(hundred), Spread { median: 50.0, p95: 95.0, min: 1.0, max: 100.0 });
+    }
+
+    #[test]
+    fn the_first_frame_is_not_timed_unless_it_is_the_only_one() {
+        let frame = |i: u32, ms: f32| Frame::new(i, 0.0, FrameTotals::default(), ms, &[("cull", ms)]);
+        let many = Timings::of(&[frame(0, 900.0), frame(1, 5.0), frame(2, 7.0)]);
+        assert_eq!((many.frames, many.frame_ms.max, many.stages_ms["cull"].min), (2, 7.0, 5.0));
+        assert_eq!(Timings::of(&[frame(0, 900.0)]).frame_ms.median, 900.0);
+    }
+
+    #[test]
+    fn overflow_bits_have_names_and_remedies() {
+        let bits = overflow::BUDGET | overflow::TRIANGLES;
+        assert_eq!(overflow_words(bits), ["budget", "triangles"]);
+        let totals = FrameTotals { overflow: bits, min_vertex_count: 77, needed_triangles: 88, ..Default::default() };
+        let messages = overflow_messages(&totals, 50);
+        assert_eq!(messages.len(), 2);
+        assert!(messages[0].contains("77") && messages[0].contains("50") && messages[1].contains("88"));
+    }
+}

@@ -1,0 +1,159 @@
+//! The window's surface and the overlay's drawing on it.
+
+use crate::gpu_device::Gpu;
+use crate::{Error, Result};
+use std::sync::Arc;
+use winit::window::Window;
+
+/// A window one can draw on, with egui over it.
+pub struct Screen {
+    /// The window.
+    pub window: Arc<Window>,
+    /// egui.
+    pub egui: egui::Context,
+    /// egui's view of the window's events.
+    pub egui_state: egui_winit::State,
+    surface: wgpu::Surface<'static>,
+    config: wgpu::SurfaceConfiguration,
+    /// Format the scene is drawn in: sRGB.
+    scene_format: wgpu::TextureFormat,
+    egui_renderer: egui_wgpu::Renderer,
+}
+
+impl Screen {
+    /// Configures the surface for the window's size.
+    pub fn new(gpu: &Gpu, surface: wgpu::Surface<'static>, window: Arc<Window>) -> Result<Self> {
+        let offered = surface.get_capabilities(&gpu.adapter).formats;
+        let flags = gpu.adapter.get_downlevel_capabilities().flags;
+        let views = flags.contains(wgpu::DownlevelFlags::SURFACE_VIEW_FORMATS);
+        let (format, scene_format) = formats(&offered, views).ok_or_else(|| Error::Machine {
+            what: format!("the window offers no eight-bit format, only {offered:?}"),
+            remedy: "use --headless --out picture.png to draw without a window",
+        })?;
+        let size = window.inner_size();
+        let config = wgpu::SurfaceConfiguration {
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            format,
+            color_space: wgpu::SurfaceColorSpace::Auto,
+            width: size.width.max(1),
+            height: size.height.max(1),
+            present_mode: wgpu::PresentMode::AutoVsync,
+            desired_maximum_frame_latency: 2,
+            alpha_mode: wgpu::CompositeAlphaMode::Auto,
+            view_formats: if scene_format == format { vec![] } else { vec![scene_format] },
+        };
+        surface.configure(&gpu.device, &config);
+        let egui = egui::Context::default();
+        egui.set_theme(egui::Theme::Dark);
+        let largest = gpu.device.limits().max_texture_dimension_2d as usize;
+        let egui_state =
+            egui_winit::State::new(egui.clone(), egui::ViewportId::ROOT, &*window, None, None, Some(largest));
+        let egui_renderer = egui_wgpu::Renderer::new(&gpu.device, format, egui_wgpu::RendererOptions::default());
+        Ok(Self { window, egui, egui_state, surface, config, scene_format, egui_renderer })
+    }
+
+    /// Pixels.
+    pub fn size(&self) -> [u32; 2] {
+        [self.config.width, self.config.height]
+    }
+
+    /// Format the scene is drawn in.
+    pub fn scene_format(&self) -> wgpu::TextureFormat {
+        self.scene_format
+    }
+
+    /// Follows the window's size.
+    pub fn resize(&mut self, device: &wgpu::Device, size: [u32; 2]) {
+        let largest = device.limits().max_texture_dimension_2d;
+        let [width, height] = size.map(|side| side.clamp(1, largest));
+        if [width, height] != self.size() {
+            (self.config.width, self.config.height) = (width, height);
+            self.surface.configure(device, &self.config);
+        }
+    }
+
+    /// Lays out the overlay.
+    pub fn run_overlay(&mut self, show: impl FnMut(&mut egui::Ui)) -> egui::FullOutput {
+        let input = self.egui_state.take_egui_input(&self.window);
+        self.egui.run_ui(input, show)
+    }
+
+    /// Draws the scene, the overlay over it, and shows both. `false`: there was nothing to draw on this time.
+    pub fn present(
+        &mut self,
+        gpu: &Gpu,
+        mut output: egui::FullOutput,
+        scene: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::TextureView),
+    ) -> Result<bool> {
+        self.egui_state.handle_platform_output(&self.window, output.platform_output);
+        for (id, deltas) in output.textures_delta.set.drain() {
+            for delta in deltas {
+                self.egui_renderer.update_texture(&gpu.device, &gpu.queue, id, &delta);
+            }
+        }
+        let frame = match self.surface.get_current_texture() {
+            wgpu::CurrentSurfaceTexture::Success(frame) | wgpu::CurrentSurfaceTexture::Suboptimal(frame) => Some(frame),
+            wgpu::CurrentSurfaceTexture::Outdated | wgpu::CurrentSurfaceTexture::Lost => {
+                self.surface.configure(&gpu.device, &self.config);
+                None
+            }
+            // Too late, hidden, or refused: the next frame tries again.
+            _ => None,
+        };
+        let drawn = frame.is_some();
+        if let Some(frame) = frame {
+            let pixels_per_point = output.pixels_per_point;
+            let jobs = self.egui.tessellate(output.shapes, pixels_per_point);
+            let screen = egui_wgpu::ScreenDescriptor { size_in_pixels: self.size(), pixels_per_point };
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let view_as = |format| {
+                frame.texture.create_view(&wgpu::TextureViewDescriptor { format: Some(format), ..Default::default() })
+            };
+            scene(&mut encoder, &view_as(self.scene_format));
+            let mut commands = self.egui_renderer.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &jobs, &screen);
+            let view = view_as(self.config.format);
+            let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("overlay"),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: &view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+                })],
+                ..Default::default()
+            });
+            self.egui_renderer.render(&mut pass.forget_lifetime(), &jobs, &screen);
+            commands.push(encoder.finish());
+            gpu.queue.submit(commands);
+            self.window.pre_present_notify();
+            gpu.queue.present(frame);
+        }
+        for id in output.textures_delta.free.drain() {
+            self.egui_renderer.free_texture(&id);
+        }
+        Ok(drawn)
+    }
+}
+
+/// Format of the surface and of the scene's view of it: egui wants its colours written as they are, the scene wants
+/// sRGB encoding; where a view may not differ from its surface both take the sRGB one.
+fn formats(offered: &[wgpu::TextureFormat], views: bool) -> Option<(wgpu::TextureFormat, wgpu::TextureFormat)> {
+    use wgpu::TextureFormat::{Bgra8Unorm, Bgra8UnormSrgb, Rgba8Unorm, Rgba8UnormSrgb};
+    let plain = offered.iter().copied().find(|f| matches!(f, Bgra8Unorm | Rgba8Unorm)).filter(|_| views);
+    let srgb = offered.iter().copied().find(|f| matches!(f, Bgra8UnormSrgb | Rgba8UnormSrgb));
+    plain.map(|format| (format, format.add_srgb_suffix())).or(srgb.map(|format| (format, format)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wgpu::TextureFormat::{Bgra8Unorm, Bgra8UnormSrgb, Rgba16Float};
+
+    #[test]
+    fn the_scene_is_always_srgb() {
+        let both = [Bgra8UnormSrgb, Bgra8Unorm];
+        assert_eq!(formats(&both, true), Some((Bgra8Unorm, Bgra8UnormSrgb)));
+        assert_eq!(formats(&both, false), Some((Bgra8UnormSrgb, Bgra8UnormSrgb)));
+        assert_eq!(formats(&[Rgba16Float], true), None);
+    }
+}

@@ -1,0 +1,84 @@
+//! From the camera plan to the camera of a moment, and from a camera to the frame's numbers.
+
+use crate::crowd::Crowd;
+use crate::plan::{CameraPlan, DetailPlan};
+use crate::{Error, Result};
+use crowd_scene::{Camera, CameraPath};
+use crowd_stages::{FrameConfig, FrameView};
+use glam::Vec3;
+use std::path::Path;
+
+/// Bytes of a camera path file: far more than its most keys need.
+const PATH_BYTES: u64 = 64 << 20;
+
+/// Where the camera is at a time.
+#[derive(Debug, Clone)]
+pub enum Viewer {
+    /// Stands still.
+    Still(Camera),
+    /// Follows a path; planes of the camera beside it.
+    Path(CameraPath, Camera),
+}
+
+impl Viewer {
+    /// Opens the camera plan: frames the crowd, or reads the path.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a camera path that was refused.
+    pub fn open(plan: &CameraPlan, crowd: &Crowd) -> Result<Self> {
+        let far_m = crowd.framed.far_m;
+        Ok(match plan {
+            CameraPlan::Framed { fov_y_rad } => Self::Still(Camera { fov_y_rad: *fov_y_rad, ..crowd.framed }),
+            CameraPlan::Fixed { eye, target, fov_y_rad } => {
+                let (eye, target) = (Vec3::from_array(*eye), Vec3::from_array(*target));
+                let around = Camera::orbit(target, eye.distance(target), 0.0, 0.0);
+                Self::Still(Camera { eye, fov_y_rad: *fov_y_rad, far_m: around.far_m.max(far_m), ..around })
+            }
+            CameraPlan::Orbit { azimuth_rad, elevation_rad, distance_m, target, fov_y_rad } => {
+                let target = target.map_or_else(|| crowd.bounds.middle(), Vec3::from_array);
+                let camera = Camera::orbit(target, *distance_m, *azimuth_rad, *elevation_rad);
+                Self::Still(Camera { fov_y_rad: *fov_y_rad, far_m: camera.far_m.max(far_m), ..camera })
+            }
+            CameraPlan::Path { path } => {
+                let text = read_text(path, PATH_BYTES)?;
+                let refused = |e: crowd_scene::Error| Error::Scene { path: path.clone(), problem: e.to_string() };
+                Self::Path(CameraPath::parse(&text).map_err(refused)?, crowd.framed)
+            }
+        })
+    }
+
+    /// The camera at `time_s`.
+    pub fn at(&self, time_s: f32) -> Camera {
+        match self {
+            Self::Still(camera) => *camera,
+            Self::Path(path, planes) => path.at(time_s, planes),
+        }
+    }
+}
+
+/// A text file of at most `most_bytes`.
+pub fn read_text(path: &Path, most_bytes: u64) -> Result<String> {
+    use std::io::Read;
+    let refused = |problem: String| Error::Scene { path: path.to_owned(), problem };
+    let file = std::fs::File::open(path).map_err(|e| refused(e.to_string()))?;
+    let mut text = String::new();
+    let read = file.take(most_bytes + 1).read_to_string(&mut text).map_err(|e| refused(e.to_string()))?;
+    if read as u64 > most_bytes {
+        return Err(refused(format!("found more than {most_bytes} bytes, allowed {most_bytes}")));
+    }
+    Ok(text)
+}
+
+/// The uniform of a frame.
+pub fn frame_config(camera: &Camera, size: [u32; 2], time_s: f32, detail: &DetailPlan, budget: u32) -> FrameConfig {
+    FrameConfig::from_camera(&FrameView {
+        clip_from_world: camera.clip_from_world(size[0] as f32 / size[1].max(1) as f32),
+        eye: camera.eye,
+        fov_y_rad: camera.fov_y_rad,
+        viewport_height_px: size[1] as f32,
+        time_s,
+        budget,
+        alpha: detail.alpha,
+        weight: detail.weight,
+    })
+}

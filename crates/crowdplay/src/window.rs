@@ -1,0 +1,418 @@
+//! The window: an event loop around the renderer, a camera one can steer, and the overlay.
+
+use crate::backend;
+use crate::camera_control::{CameraControl, Held};
+use crate::cli::BackendWord;
+use crate::cpu_backend::CpuBackend;
+use crate::crowd::Crowd;
+use crate::gpu_backend::{Canvas, renderer_options};
+use crate::gpu_device::{self, Gpu};
+use crate::headless::report;
+use crate::overlay::{self, Knobs, Readings};
+use crate::picture::{Picture, write_file};
+use crate::plan::{DetailPlan, MachinePlan, Plan};
+use crate::stats::{Frame, Report, Timings};
+use crate::surface::Screen;
+use crate::view::{Viewer, frame_config};
+use crate::{Error, Result, Talk};
+use crowd_stages::gpu::CrowdRenderer;
+use crowd_stages::{FrameConfig, FrameTotals, Technique};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+use winit::application::ApplicationHandler;
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::keyboard::{KeyCode, PhysicalKey};
+use winit::window::{Window, WindowId};
+
+/// The largest budget the slider offers where the crowd has as many vertices.
+const LARGEST_BUDGET: u32 = 8_000_000;
+const REMEDY: &str = "use --headless --out picture.png to draw without a window";
+
+/// Opens the window and runs until it is closed, or for `frames` frames.
+///
+/// # Errors
+/// [`Error::Machine`] without a display, or without a GPU that can draw to it.
+pub fn show(plan: &Plan, frames: Option<u32>, crowd: Crowd, talk: &mut Talk<'_>) -> Result<Report> {
+    let viewer = Viewer::open(&plan.camera, &crowd)?;
+    if !has_display() {
+        let what = "no display: neither DISPLAY nor WAYLAND_DISPLAY is set".to_owned();
+        return Err(Error::Machine { what, remedy: REMEDY });
+    }
+    let no_window =
+        |e: winit::error::EventLoopError| Error::Machine { what: format!("no window: {e}"), remedy: REMEDY };
+    let event_loop = EventLoop::new().map_err(no_window)?;
+    event_loop.set_control_flow(ControlFlow::Poll);
+    let mut app = App { plan, frames, crowd, viewer, talk, running: None, failure: None };
+    event_loop.run_app(&mut app).map_err(no_window)?;
+    if let Some(error) = app.failure {
+        return Err(error);
+    }
+    let running = app.running.ok_or_else(|| Error::Machine {
+        what: "the window was closed before the first frame".to_owned(),
+        remedy: REMEDY,
+    })?;
+    Ok(running.into_report(plan, &app.crowd))
+}
+
+/// Elsewhere than on X11 and Wayland there always is one.
+fn has_display() -> bool {
+    let unixoid = cfg!(all(unix, not(any(target_os = "macos", target_os = "ios", target_os = "android"))));
+    let set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    !unixoid || ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].into_iter().any(set)
+}
+
+struct App<'a, 'talk> {
+    plan: &'a Plan,
+    frames: Option<u32>,
+    crowd: Crowd,
+    viewer: Viewer,
+    talk: &'a mut Talk<'talk>,
+    running: Option<Running>,
+    failure: Option<Error>,
+}
+
+impl App<'_, '_> {
+    fn start(&mut self, event_loop: &ActiveEventLoop) -> Result<Running> {
+        let [width, height] = self.plan.size;
+        let attributes = Window::default_attributes()
+            .with_title(format!("crowdplay - {}", self.plan.pack.file_name().unwrap_or_default().to_string_lossy()))
+            .with_inner_size(winit::dpi::PhysicalSize::new(width, height));
+        let window = event_loop
+            .create_window(attributes)
+            .map_err(|e| Error::Machine { what: format!("no window: {e}"), remedy: REMEDY })?;
+        Running::new(self.plan, &self.crowd, &self.viewer, Arc::new(window), event_loop, self.talk)
+    }
+}
+
+impl ApplicationHandler for App<'_, '_> {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.running.is_some() {
+            return;
+        }
+        match self.start(event_loop) {
+            Ok(running) => self.running = Some(running),
+            Err(error) => {
+                self.failure = Some(error);
+                event_loop.exit();
+            }
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(running) = &mut self.running else { return };
+        if event == WindowEvent::RedrawRequested {
+            if let Err(error) = running.redraw(&self.crowd, &self.viewer, self.talk) {
+                self.failure = Some(error);
+                event_loop.exit();
+            }
+            if self.frames.is_some_and(|frames| running.frame_count >= frames) {
+                event_loop.exit();
+            }
+            running.screen.window.request_redraw();
+            return;
+        }
+        let taken = running.screen.egui_state.on_window_event(&running.screen.window, &event).consumed;
+        running.handle(&event, taken, event_loop);
+    }
+}
+
+/// What draws into the window.
+enum Painter {
+    Gpu(Box<CrowdRenderer>),
+    /// Drawn on the CPU, shown as an image behind the overlay.
+    Cpu(Box<CpuBackend>, Option<egui::TextureHandle>),
+}
+
+/// All that exists while the window is open.
+struct Running {
+    screen: Screen,
+    gpu: Gpu,
+    painter: Painter,
+    knobs: Knobs,
+    readings: Readings,
+    control: CameraControl,
+    /// The camera path is followed until the user takes over.
+    on_path: bool,
+    keys: Vec<KeyCode>,
+    buttons: Vec<MouseButton>,
+    pointer: Option<(f64, f64)>,
+    last_frame: Instant,
+    frame_count: u32,
+    /// Kept only when a report is wanted.
+    frames: Option<Vec<Frame>>,
+}
+
+impl Running {
+    fn new(
+        plan: &Plan,
+        crowd: &Crowd,
+        viewer: &Viewer,
+        window: Arc<Window>,
+        event_loop: &ActiveEventLoop,
+        talk: &mut Talk<'_>,
+    ) -> Result<Self> {
+        let mut descriptor =
+            wgpu::InstanceDescriptor::new_with_display_handle_from_env(Box::new(event_loop.owned_display_handle()));
+        descriptor.backends = wgpu::Backends::all().with_env();
+        let instance = wgpu::Instance::new(descriptor);
+        let surface = instance
+            .create_surface(window.clone())
+            .map_err(|e| Error::Machine { what: format!("no surface: {e}"), remedy: REMEDY })?;
+        let machine = MachinePlan { backend: BackendWord::Auto, ..plan.machine.clone() };
+        let gpu = gpu_device::open(&instance, &machine, Some(&surface))?;
+        talk.say(&format!("adapter: {} ({:?})", gpu.info.name, gpu.info.backend));
+        let screen = Screen::new(&gpu, surface, window)?;
+
+        let on_cpu = plan.machine.backend == BackendWord::Cpu;
+        let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget((!on_cpu).then_some(&gpu)));
+        let full = u32::try_from(crowd.summary.vertices_full).unwrap_or(u32::MAX);
+        let mut largest_budget = budget.max(full.min(LARGEST_BUDGET));
+        let painter = if on_cpu {
+            Painter::Cpu(Box::new(CpuBackend::new(crowd, screen.size(), 1)), None)
+        } else {
+            let format = screen.scene_format();
+            let options = renderer_options(&gpu.device, crowd, format, plan.machine.samples, largest_budget);
+            largest_budget = largest_budget.min(options.max_vertices);
+            let mut renderer = CrowdRenderer::new(&gpu.device, &gpu.queue, &crowd.data, options)?;
+            renderer.set_instances(&gpu.queue, &crowd.instances)?;
+            Painter::Gpu(Box::new(renderer))
+        };
+        let readings = Readings {
+            adapter: if on_cpu { "CPU (crowd-raster)".to_owned() } else { gpu.info.name.clone() },
+            instances: crowd.summary.instances,
+            triangles_full: crowd.summary.triangles_full,
+            gpu_bytes: if let Painter::Gpu(renderer) = &painter { renderer.gpu_bytes() } else { 0 },
+            ..Readings::default()
+        };
+        let knobs = Knobs {
+            budget,
+            largest_budget,
+            alpha: plan.detail.alpha,
+            weight: plan.detail.weight,
+            technique: plan.detail.technique,
+            paused: false,
+            time_scale: 1.0,
+            visible: true,
+            screenshot: false,
+        };
+        Ok(Self {
+            screen,
+            gpu,
+            painter,
+            knobs,
+            readings,
+            control: CameraControl::new(viewer.at(0.0)),
+            on_path: matches!(viewer, Viewer::Path(..)),
+            keys: Vec::new(),
+            buttons: Vec::new(),
+            pointer: None,
+            last_frame: Instant::now(),
+            frame_count: 0,
+            frames: plan.report.is_some().then(Vec::new),
+        })
+    }
+
+    fn handle(&mut self, event: &WindowEvent, taken: bool, event_loop: &ActiveEventLoop) {
+        match event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Resized(size) => self.screen.resize(&self.gpu.device, [size.width, size.height]),
+            WindowEvent::Focused(false) => {
+                self.keys.clear();
+                self.buttons.clear();
+            }
+            WindowEvent::KeyboardInput { event, .. } => {
+                let PhysicalKey::Code(key) = event.physical_key else { return };
+                self.keys.retain(|&held| held != key);
+                // Releases count always, so that no key stays down behind a text field.
+                if event.state == ElementState::Pressed && (!taken || key == KeyCode::Tab) {
+                    self.keys.push(key);
+                    if !event.repeat {
+                        self.press(key, event_loop);
+                    }
+                }
+            }
+            WindowEvent::MouseInput { state, button, .. } => {
+                self.buttons.retain(|held| held != button);
+                if *state == ElementState::Pressed && !taken {
+                    self.buttons.push(*button);
+                }
+            }
+            WindowEvent::CursorMoved { position, .. } => {
+                let before = self.pointer.replace((position.x, position.y));
+                if let (Some((x, y)), Some(&button)) = (before, self.buttons.first()) {
+                    self.drag(button, (position.x - x) as f32, (position.y - y) as f32);
+                }
+            }
+            WindowEvent::MouseWheel { delta, .. } if !taken => {
+                self.on_path = false;
+                self.control.wheel(match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => *lines,
+                    MouseScrollDelta::PixelDelta(pixels) => pixels.y as f32 / 50.0,
+                });
+            }
+            _ => {}
+        }
+    }
+
+    fn press(&mut self, key: KeyCode, event_loop: &ActiveEventLoop) {
+        match key {
+            KeyCode::Tab => self.control.switch_mode(),
+            KeyCode::Space => self.knobs.paused = !self.knobs.paused,
+            KeyCode::KeyR => self.control.reset(),
+            KeyCode::KeyP => self.knobs.screenshot = true,
+            KeyCode::F1 => self.knobs.visible = !self.knobs.visible,
+            KeyCode::Escape => event_loop.exit(),
+            _ => {}
+        }
+    }
+
+    fn drag(&mut self, button: MouseButton, right_px: f32, down_px: f32) {
+        self.on_path = false;
+        match button {
+            MouseButton::Left => self.control.turn(right_px, down_px),
+            _ => self.control.shift(right_px, down_px, self.screen.size()[1] as f32),
+        }
+    }
+
+    fn held(&self) -> Held {
+        let axis = |plus: KeyCode, minus: KeyCode| {
+            f32::from(u8::from(self.keys.contains(&plus))) - f32::from(u8::from(self.keys.contains(&minus)))
+        };
+        Held {
+            forward: axis(KeyCode::KeyW, KeyCode::KeyS),
+            right: axis(KeyCode::KeyD, KeyCode::KeyA),
+            up: axis(KeyCode::KeyE, KeyCode::KeyQ),
+            fast: self.keys.contains(&KeyCode::ShiftLeft) || self.keys.contains(&KeyCode::ShiftRight),
+        }
+    }
+
+    fn redraw(&mut self, crowd: &Crowd, viewer: &Viewer, talk: &mut Talk<'_>) -> Result<()> {
+        let now = Instant::now();
+        let dt_s = (now - self.last_frame).as_secs_f32();
+        self.last_frame = now;
+        self.readings.push_frame_ms(dt_s * 1e3);
+        if !self.knobs.paused {
+            // A long frame does not make everybody leap.
+            self.readings.time_s += dt_s.min(0.25) * self.knobs.time_scale;
+        }
+        let held = self.held();
+        self.on_path &= held == Held { fast: held.fast, ..Held::default() };
+        self.control.advance(held, dt_s.min(0.25));
+        if self.on_path {
+            self.control.stand_at(viewer.at(self.readings.time_s));
+        }
+        let detail = self.detail();
+        let camera = self.control.camera();
+        let config = frame_config(&camera, self.screen.size(), self.readings.time_s, &detail, self.knobs.budget);
+        if std::mem::take(&mut self.knobs.screenshot) {
+            self.save_picture(crowd, &config, talk);
+        }
+        self.draw(crowd, &config)?;
+        self.frame_count += 1;
+        if let Some(frames) = &mut self.frames {
+            let Readings { totals, time_s, stages_ms, .. } = &self.readings;
+            frames.push(Frame::new(self.frame_count - 1, *time_s, *totals, dt_s * 1e3, stages_ms));
+        }
+        Ok(())
+    }
+
+    fn detail(&self) -> DetailPlan {
+        let Knobs { budget, alpha, weight, technique, .. } = self.knobs;
+        DetailPlan { budget: Some(budget), alpha, weight, technique }
+    }
+
+    fn draw(&mut self, crowd: &Crowd, config: &FrameConfig) -> Result<()> {
+        let Self { screen, gpu, painter, knobs, readings, control, .. } = self;
+        if let Painter::Cpu(cpu, image) = painter {
+            cpu.resize(screen.size());
+            readings.totals = cpu.draw(crowd, config, knobs.technique);
+            readings.stages_ms = cpu.timings_ms();
+            show_image(&screen.egui, image, &cpu.picture());
+        }
+        let behind = if let Painter::Cpu(_, Some(image)) = painter { Some(image.id()) } else { None };
+        let output = screen.run_overlay(|ui| {
+            if let Some(image) = behind {
+                let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+                let area = ui.ctx().content_rect();
+                ui.ctx().layer_painter(egui::LayerId::background()).image(image, area, whole, egui::Color32::WHITE);
+            }
+            overlay::show(ui, knobs, readings, control);
+        });
+        let size = screen.size();
+        let drawn = screen.present(gpu, output, |encoder, view| {
+            if let Painter::Gpu(renderer) = painter {
+                let technique = knobs.technique;
+                renderer.encode(&gpu.device, &gpu.queue, encoder, view, (size[0], size[1]), config, technique);
+            }
+        })?;
+        if let Painter::Gpu(renderer) = painter
+            && drawn
+        {
+            readings.totals = renderer.totals(&gpu.device, false).unwrap_or(readings.totals);
+            readings.stages_ms = renderer.timings_ms();
+        }
+        Ok(())
+    }
+
+    /// The scene without the overlay, under the first free name in the current folder. A failure is shown, not fatal.
+    fn save_picture(&mut self, crowd: &Crowd, config: &FrameConfig, talk: &mut Talk<'_>) {
+        let file = free_name();
+        let written = self.take_picture(crowd, config).and_then(|picture| write_file(&file, &picture.to_png()));
+        let message = match written {
+            Ok(()) => format!("wrote {}", file.display()),
+            Err(error) => error.to_string(),
+        };
+        talk.say(&message);
+        self.readings.message = Some(message);
+    }
+
+    fn take_picture(&mut self, crowd: &Crowd, config: &FrameConfig) -> Result<Picture> {
+        let Self { screen, gpu, painter, knobs, .. } = self;
+        match painter {
+            Painter::Cpu(cpu, _) => {
+                cpu.resize(screen.size());
+                let _: FrameTotals = cpu.draw(crowd, config, knobs.technique);
+                Ok(cpu.picture())
+            }
+            Painter::Gpu(renderer) => {
+                let canvas = Canvas::new(&gpu.device, screen.size(), screen.scene_format());
+                let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                let size = (canvas.size[0], canvas.size[1]);
+                let technique: Technique = knobs.technique;
+                renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, technique);
+                gpu.queue.submit([encoder.finish()]);
+                canvas.read(&gpu.device, &gpu.queue)
+            }
+        }
+    }
+
+    fn into_report(self, plan: &Plan, crowd: &Crowd) -> Report {
+        let (word, adapter) = match &self.painter {
+            Painter::Gpu(_) => ("gpu", self.gpu.describe()),
+            Painter::Cpu(..) => ("cpu", backend::cpu_adapter()),
+        };
+        let mut report = report(plan, &self.detail(), crowd, self.knobs.budget, word, adapter);
+        report.size = self.screen.size();
+        report.gpu_bytes = self.readings.gpu_bytes;
+        report.frames = self.frames.unwrap_or_default();
+        report.timings = Timings::of(&report.frames);
+        report
+    }
+}
+
+fn show_image(egui: &egui::Context, image: &mut Option<egui::TextureHandle>, picture: &Picture) {
+    let pixels: Vec<u8> = picture.pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
+    let color = egui::ColorImage::from_rgb([picture.width as usize, picture.height as usize], &pixels);
+    match image {
+        Some(handle) => handle.set(color, egui::TextureOptions::NEAREST),
+        None => *image = Some(egui.load_texture("cpu picture", color, egui::TextureOptions::NEAREST)),
+    }
+}
+
+/// `crowdplay-0001.png` and up.
+fn free_name() -> PathBuf {
+    let name = |i: u32| PathBuf::from(format!("crowdplay-{i:04}.png"));
+    (1..10_000).map(name).find(|file| !file.exists()).unwrap_or_else(|| name(10_000))
+}
