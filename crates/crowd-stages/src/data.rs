@@ -1,6 +1,9 @@
 //! A pack made ready for the stages: records as they lie, textures decoded into layers of one size.
 
-use crowd_pack::{CharacterRecord, ClipRecord, LodRecord, MaterialRecord, Pack, VertexRecord};
+use crate::InstanceRecord;
+use crate::layers::decode_layers;
+use crowd_pack::{AnimationLayout, CharacterRecord, ClipRecord, LodRecord, MaterialRecord, Pack, VertexRecord};
+use glam::Mat4;
 
 /// Result of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -81,8 +84,75 @@ pub struct TextureLayer {
 
 impl CrowdData {
     /// Unpacks. `max_layer_side` bounds texture memory (1024 is sensible for a crowd).
+    ///
+    /// Layers get the side of the largest image, rounded up to a power of two, at most `max_layer_side`. A split animation
+    /// (Dong 2019 §5.1) is multiplied with its inverse bind matrices here, once.
+    ///
+    /// # Errors
+    /// [`Error::Image`] when an image does not decode.
     pub fn from_pack(pack: &Pack, max_layer_side: u32) -> Result<Self> {
-        let _ = (pack, max_layer_side);
-        unimplemented!("crowd-stages: being written")
+        let contents = pack.contents();
+        let (layers, layer_side) = decode_layers(&contents.images, &contents.image_bytes, max_layer_side)?;
+        let mut data = Self {
+            characters: contents.characters.clone(),
+            vertices: contents.vertices.clone(),
+            triangles: contents.triangles.clone(),
+            collapse_map: contents.collapse_map.clone(),
+            lods: contents.lods.clone(),
+            clips: contents.clips.clone(),
+            animation: Vec::new(),
+            materials: contents.materials.clone(),
+            layers,
+            layer_side,
+        };
+        match contents.manifest.animation_layout {
+            AnimationLayout::Premultiplied3x4 => data.animation = contents.animation.clone(),
+            AnimationLayout::Split4x4 => premultiply(&mut data, &contents.animation, &contents.inverse_binds),
+        }
+        Ok(data)
+    }
+
+    /// Checks that instances name characters that are there and clips of those characters.
+    ///
+    /// # Errors
+    /// [`Error::Instance`] for the first that does not.
+    pub fn check_instances(&self, instances: &[InstanceRecord]) -> Result<()> {
+        check_instances(&self.characters, instances)
+    }
+}
+
+/// See [`CrowdData::check_instances`].
+pub(crate) fn check_instances(characters: &[CharacterRecord], instances: &[InstanceRecord]) -> Result<()> {
+    for (index, instance) in instances.iter().enumerate() {
+        let Some(character) = characters.get(instance.character as usize) else {
+            let allowed = characters.len() as u32;
+            return Err(Error::Instance { index, what: "character", found: instance.character, allowed });
+        };
+        let clips = character.clip_offset..character.clip_offset + character.clip_count;
+        if !clips.contains(&instance.clip) {
+            return Err(Error::Instance { index, what: "clip", found: instance.clip, allowed: clips.end });
+        }
+    }
+    Ok(())
+}
+
+/// `world * inverse_bind` for every joint of every frame: four rows become three, clips are written one after the other.
+fn premultiply(data: &mut CrowdData, split: &[[f32; 4]], inverse_binds: &[[f32; 4]]) {
+    let matrix = |rows: &[[f32; 4]]| Mat4::from_cols_array_2d(&[rows[0], rows[1], rows[2], rows[3]]).transpose();
+    for character in &mut data.characters {
+        let joint_count = character.joint_count as usize;
+        let first_bind = character.inverse_bind_offset as usize;
+        let binds: Vec<Mat4> = (0..joint_count).map(|j| matrix(&inverse_binds[first_bind + j * 4..][..4])).collect();
+        let clips = character.clip_offset as usize..(character.clip_offset + character.clip_count) as usize;
+        for clip in &mut data.clips[clips] {
+            let source = clip.texel_offset as usize;
+            clip.texel_offset = data.animation.len() as u32;
+            for matrix_index in 0..clip.frame_count as usize * joint_count {
+                let world = matrix(&split[source + matrix_index * 4..][..4]);
+                let rows = (world * binds[matrix_index % joint_count]).transpose().to_cols_array_2d();
+                data.animation.extend_from_slice(&rows[..3]);
+            }
+        }
+        character.inverse_bind_offset = 0;
     }
 }

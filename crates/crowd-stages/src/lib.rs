@@ -3,10 +3,54 @@
 //! Each stage stands four times under one name: `shaders/stages/<stage>.wgsl`, [`cpu`]`/<stage>.rs` (the twin, a plain
 //! function that follows the paper), [`gpu`]`/<stage>.rs` (the dispatch) and `tests/twins/<stage>.rs`.
 //! There is no window and no event loop in here: an engine hands in a device and a command encoder.
+//!
+//! # Embedding
+//!
+//! ```no_run
+//! use crowd_stages::{CrowdData, FrameConfig, FrameView, InstanceRecord, Technique, Weight};
+//! use crowd_stages::gpu::{CrowdRenderer, RendererOptions};
+//!
+//! # fn frame(device: &wgpu::Device, queue: &wgpu::Queue, color: &wgpu::TextureView, clip_from_world: glam::Mat4)
+//! # -> Result<(), Box<dyn std::error::Error>> {
+//! // Once: a pack, its buffers and pipelines, and who stands where.
+//! let pack = crowd_pack::Pack::open("crowd.crowdpack".as_ref())?;
+//! let data = CrowdData::from_pack(&pack, 1024)?;
+//! let options = RendererOptions {
+//!     max_instances: 10_000,
+//!     max_vertices: 2_000_000,
+//!     max_triangles: 4_000_000,
+//!     color_format: wgpu::TextureFormat::Bgra8UnormSrgb,
+//!     sample_count: 4,
+//! };
+//! let mut crowd = CrowdRenderer::new(device, queue, &data, options)?;
+//! let someone = InstanceRecord { scale: 1.0, clip: data.characters[0].clip_offset, ..Default::default() };
+//! crowd.set_instances(queue, &[someone])?;
+//!
+//! // Each frame: the camera, then the stages and the draw into the engine's own encoder.
+//! let config = FrameConfig::from_camera(&FrameView {
+//!     clip_from_world,
+//!     eye: glam::Vec3::new(0.0, 1.7, 5.0),
+//!     fov_y_rad: 0.8,
+//!     viewport_height_px: 720.0,
+//!     time_s: 0.0,
+//!     budget: 1_000_000,
+//!     alpha: 3.0,
+//!     weight: Weight::Area,
+//! });
+//! let mut encoder = device.create_command_encoder(&Default::default());
+//! crowd.encode(device, queue, &mut encoder, color, (1280, 720), &config, Technique::Reform);
+//! queue.submit([encoder.finish()]);
+//! if let Some(totals) = crowd.totals(device, false) {
+//!     println!("{} of the crowd in view, {} triangles", totals.visible_count, totals.triangle_count);
+//! }
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod cpu;
 mod data;
 pub mod gpu;
+mod layers;
 mod records;
 
 pub use data::{CrowdData, Error, Result, TextureLayer};

@@ -1,6 +1,7 @@
 //! Records of the frame: `repr(C)`, no padding surprises; the same structs stand in `shaders/shared/`.
 
 use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Vec3};
 
 /// One individual, 32 bytes.
 #[repr(C)]
@@ -20,7 +21,7 @@ pub struct InstanceRecord {
     pub phase_s: f32,
 }
 
-/// What the stages need to know of a frame, a uniform of 192 bytes.
+/// What the stages need to know of a frame, a uniform of 208 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct FrameConfig {
@@ -44,6 +45,61 @@ pub struct FrameConfig {
     pub weight: u32,
     /// Zeros.
     pub reserved: [u32; 3],
+}
+
+/// What [`FrameConfig::from_camera`] is told of a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrameView {
+    /// World to clip space, depth 0 to 1, Y up (wgpu's convention).
+    pub clip_from_world: Mat4,
+    /// Camera position, metres.
+    pub eye: Vec3,
+    /// Vertical field of view, radians.
+    pub fov_y_rad: f32,
+    /// Height of the picture, pixels.
+    pub viewport_height_px: f32,
+    /// Seconds since start.
+    pub time_s: f32,
+    /// Vertices for the whole frame: the paper's N.
+    pub budget: u32,
+    /// The paper's alpha, at least 1; both papers use 3.
+    pub alpha: f32,
+    /// How an instance is weighed.
+    pub weight: Weight,
+}
+
+impl FrameConfig {
+    /// The frame's uniform: planes from the matrix, pixels per radian from the field of view.
+    ///
+    /// `instance_count` is filled in by whoever holds the instances ([`crate::gpu::CrowdRenderer::encode`] and
+    /// [`crate::cpu::run_selection`] set it themselves). An `alpha` below 1 or not finite counts as 1.
+    pub fn from_camera(view: &FrameView) -> Self {
+        let half_height = libm::tanf(view.fov_y_rad * 0.5).max(1e-6);
+        let alpha = if view.alpha.is_finite() { view.alpha.max(1.0) } else { 1.0 };
+        Self {
+            clip_from_world: view.clip_from_world.to_cols_array_2d(),
+            planes: frustum_planes(&view.clip_from_world),
+            eye: view.eye.to_array(),
+            focal_px: view.viewport_height_px / (2.0 * half_height),
+            time_s: view.time_s,
+            inverse_alpha: 1.0 / alpha,
+            budget: view.budget,
+            instance_count: 0,
+            weight: view.weight as u32,
+            reserved: [0; 3],
+        }
+    }
+}
+
+/// Six inward planes with unit normals from a matrix with depth 0 to 1: left, right, bottom, top, near, far.
+fn frustum_planes(clip_from_world: &Mat4) -> [[f32; 4]; 6] {
+    let row = |i| clip_from_world.row(i);
+    let planes = [row(3) + row(0), row(3) - row(0), row(3) + row(1), row(3) - row(1), row(2), row(3) - row(2)];
+    planes.map(|plane| {
+        let length = plane.truncate().length();
+        // An infinite far plane has no normal: it holds everything.
+        if length > 1e-12 { (plane / length).to_array() } else { [0.0, 0.0, 0.0, f32::MAX] }
+    })
 }
 
 /// Result of `cull_instances`, 16 bytes.
@@ -70,23 +126,124 @@ pub struct LodChoice {
     pub triangle_count: u32,
 }
 
+/// Result of `sum_weights`, completed by `fit_budget`, 32 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct WeightSums {
+    /// Sum of the weights: the denominator of Eq. 1.
+    pub weight: f32,
+    /// Vertices of the visible instances' coarsest levels, saturating.
+    pub min_vertex_count: u32,
+    /// Visible instances.
+    pub visible_count: u32,
+    /// Vertices wanted by `select_lod`, saturating.
+    pub wanted_count: u32,
+    /// Share of what was wanted above the coarsest levels that the budget allows, in units of 2^-32.
+    /// Meaningful only when `is_scaled` is 1.
+    pub share: u32,
+    /// 1 when what was wanted exceeds the budget.
+    pub is_scaled: u32,
+    /// Zeros.
+    pub reserved_a: u32,
+    /// Zeros.
+    pub reserved_b: u32,
+}
+
+/// Where an instance's part of the frame's vertex list and index buffer starts, 8 bytes: result of `scan_counts`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct InstanceBase {
+    /// Vertices selected for all instances before this one.
+    pub vertex_base: u32,
+    /// Triangles selected for all instances before this one.
+    pub triangle_base: u32,
+}
+
+/// What the frame's buffers hold, a uniform of 16 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct Capacities {
+    /// Entries of the vertex list.
+    pub vertex_count: u32,
+    /// Triangles of the index buffer.
+    pub triangle_count: u32,
+    /// Zero.
+    pub reserved_a: u32,
+    /// Zero.
+    pub reserved_b: u32,
+}
+
+/// Arguments of the one indexed indirect draw, 20 bytes; the layout is wgpu's.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct DrawArgs {
+    /// Three a triangle.
+    pub index_count: u32,
+    /// Always 1.
+    pub instance_count: u32,
+    /// Always 0.
+    pub first_index: u32,
+    /// Always 0.
+    pub base_vertex: i32,
+    /// Always 0.
+    pub first_instance: u32,
+}
+
+/// What only drawing needs, a uniform of 48 bytes. The ray through a point of the picture, in normalised device coordinates,
+/// is `ray_x * x + ray_y * y + ray_w`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct DrawConfig {
+    /// Ray along the picture's x.
+    pub ray_x: [f32; 3],
+    /// Width of the target, pixels.
+    pub width_px: f32,
+    /// Ray along the picture's y, upwards.
+    pub ray_y: [f32; 3],
+    /// Height of the target, pixels.
+    pub height_px: f32,
+    /// Ray through the picture's centre.
+    pub ray_w: [f32; 3],
+    /// Side of a texture layer, texels.
+    pub layer_side: f32,
+}
+
+impl DrawConfig {
+    /// Rays from the matrix alone, by its rows x, y and w: inverting all of it loses digits on the far plane. Rays are zeros
+    /// for a matrix without perspective.
+    pub fn new(clip_from_world: &Mat4, width_px: u32, height_px: u32, layer_side: u32) -> Self {
+        let row = |i| clip_from_world.row(i).truncate();
+        let (a, b, c) = (row(0), row(1), row(3));
+        let det = a.dot(b.cross(c));
+        let inverse = if det.is_finite() && det != 0.0 { 1.0 / det } else { 0.0 };
+        Self {
+            ray_x: (b.cross(c) * inverse).to_array(),
+            width_px: width_px as f32,
+            ray_y: (c.cross(a) * inverse).to_array(),
+            height_px: height_px as f32,
+            ray_w: (a.cross(b) * inverse).to_array(),
+            layer_side: layer_side as f32,
+        }
+    }
+}
+
 /// What a frame came to, 32 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
 pub struct FrameTotals {
     /// Instances whose sphere meets the frustum.
     pub visible_count: u32,
-    /// Vertices selected.
+    /// Vertices drawn.
     pub vertex_count: u32,
-    /// Triangles selected.
+    /// Triangles drawn.
     pub triangle_count: u32,
     /// Vertices of the visible instances' coarsest levels: the least budget that draws all of them.
     pub min_vertex_count: u32,
     /// [`overflow`] bits.
     pub overflow: u32,
-    /// Vertices needed when the vertex buffer overflowed.
+    /// Vertices of all visible instances at the levels chosen, drawn or not: what the vertex list must hold.
     pub needed_vertices: u32,
-    /// Triangles needed when the index buffer overflowed.
+    /// Triangles of all visible instances at the levels chosen, drawn or not: what the index buffer must hold.
     pub needed_triangles: u32,
     /// Zero.
     pub reserved: u32,
@@ -109,6 +266,11 @@ pub enum Weight {
     #[default]
     Area,
     /// Dong 2019 Eq. 1 (Peng & Cao 2012): `(alpha - 1) * (A / D) * P^(alpha - 1)`, raised to `1/alpha`.
+    ///
+    /// How we read the exponent: the count minimises the sum of `(A / D) * (P / k)^(alpha - 1)` over all instances with
+    /// the counts adding up to N, where P is the vertex count of the instance's character at full detail. A Lagrange
+    /// multiplier gives `k ~ ((alpha - 1) * (A / D) * P^(alpha - 1))^(1 / alpha)`. The factor `alpha - 1` is the same for
+    /// all and cancels in the quotient, so we leave it out; at `alpha = 1` it would be 0 for everyone.
     AreaDistance,
 }
 
@@ -120,4 +282,14 @@ pub enum Technique {
     Reform,
     /// One draw per instance at full detail, no culling: the papers' baseline.
     PseudoInstancing,
+}
+
+/// Numbers the shaders and the dispatches agree on; `shaders/shared/records.wgsl` has the same.
+pub mod dispatch {
+    /// Workgroups beyond 65,535 are folded into rows of this many.
+    pub const FOLD_COLUMNS: u32 = 32_768;
+    /// Threads of a group that works on one element each.
+    pub const BLOCK_SIZE: u32 = 256;
+    /// Threads of a group that works on one instance.
+    pub const INSTANCE_GROUP_SIZE: u32 = 64;
 }

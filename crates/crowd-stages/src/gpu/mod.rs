@@ -1,77 +1,33 @@
 //! The dispatches, and a renderer that records them into an engine's command encoder.
+//!
+//! A stage's type compiles its shader (`new`), binds typed buffers (`bind`) and records its dispatches (`record`); each can
+//! be run alone. No stage binds more than eight storage buffers, and none appends atomically: places come from prefix sums,
+//! so the same input gives the same buffers.
 
-use crate::{CrowdData, FrameConfig, FrameTotals, InstanceRecord, Result, Technique};
+mod cull_instances;
+mod draw_crowd;
+mod fit_budget;
+mod kernel;
+mod open_device;
+mod place_vertices;
+mod read_back;
+mod reform_triangles;
+mod renderer;
+mod scan_counts;
+mod select_lod;
+mod sum_weights;
+mod upload;
+mod write_draw_args;
 
-/// Picks an adapter and opens a device for headless work. `WGPU_BACKEND` overrides the backend.
-///
-/// Returns device, queue and the adapter's description.
-pub fn open_device() -> Result<(wgpu::Device, wgpu::Queue, wgpu::AdapterInfo)> {
-    unimplemented!("crowd-stages: being written")
-}
-
-/// Sizes and formats fixed for a renderer's life.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RendererOptions {
-    /// Instances it can hold.
-    pub max_instances: u32,
-    /// Vertices a frame it can hold: the largest N.
-    pub max_vertices: u32,
-    /// Triangles a frame it can hold.
-    pub max_triangles: u32,
-    /// Colour target; sRGB formats are expected.
-    pub color_format: wgpu::TextureFormat,
-    /// 1 or 4 samples a pixel.
-    pub sample_count: u32,
-}
-
-/// GPU buffers, textures and pipelines of one crowd.
-pub struct CrowdRenderer {
-    _private: (),
-}
-
-impl CrowdRenderer {
-    /// Uploads the data and builds the pipelines.
-    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, data: &CrowdData, options: RendererOptions) -> Result<Self> {
-        let _ = (device, queue, data, options);
-        unimplemented!("crowd-stages: being written")
-    }
-
-    /// Replaces the instances.
-    pub fn set_instances(&mut self, queue: &wgpu::Queue, instances: &[InstanceRecord]) -> Result<()> {
-        let _ = (queue, instances);
-        unimplemented!("crowd-stages: being written")
-    }
-
-    /// Records one frame: stages, then sky, ground and the crowd into `color` (a view of `color_format`; resolved
-    /// from the renderer's own multisampled texture when `sample_count` is 4). Depth is the renderer's own.
-    pub fn encode(
-        &mut self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        encoder: &mut wgpu::CommandEncoder,
-        color: &wgpu::TextureView,
-        size: (u32, u32),
-        config: &FrameConfig,
-        technique: Technique,
-    ) {
-        let _ = (device, queue, encoder, color, size, config, technique);
-        unimplemented!("crowd-stages: being written")
-    }
-
-    /// Totals of the newest finished frame, without waiting (`wait`: until the last submitted one is done).
-    pub fn totals(&mut self, device: &wgpu::Device, wait: bool) -> Option<FrameTotals> {
-        let _ = (device, wait);
-        unimplemented!("crowd-stages: being written")
-    }
-
-    /// GPU milliseconds per stage of the newest finished frame, where timestamps are offered. Measured from start to
-    /// next start (end stamps of a pass come early on some drivers).
-    pub fn timings_ms(&mut self) -> Vec<(&'static str, f32)> {
-        unimplemented!("crowd-stages: being written")
-    }
-
-    /// Bytes of GPU memory this renderer asked for.
-    pub fn gpu_bytes(&self) -> u64 {
-        unimplemented!("crowd-stages: being written")
-    }
-}
+pub use cull_instances::CullInstances;
+pub use draw_crowd::{backdrop_source, crowd_source};
+pub use fit_budget::FitBudget;
+pub use open_device::{open_device, wanted_features, wanted_limits};
+pub use place_vertices::PlaceVertices;
+pub use reform_triangles::ReformTriangles;
+pub use renderer::{CrowdRenderer, RendererOptions, STAGES};
+pub use scan_counts::ScanCounts;
+pub use select_lod::SelectLod;
+pub use sum_weights::SumWeights;
+pub use upload::ANIMATION_SIDE;
+pub use write_draw_args::WriteDrawArgs;

@@ -1,0 +1,101 @@
+//! What the vertex shader computes, vertex by vertex: the oracle for images, and the preview without a GPU.
+
+use super::{reform_level, turn, world_from_local};
+use crate::{CrowdData, InstanceRecord, LodChoice};
+use crowd_pack::{ClipRecord, VertexRecord, decode_normal};
+use glam::{Vec3, Vec4};
+
+/// An instance posed on the CPU at its level: what the vertex shader computes, vertex by vertex.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct PosedInstance {
+    /// World positions of the level's vertices.
+    pub positions: Vec<[f32; 3]>,
+    /// World normals, unit.
+    pub normals: Vec<[f32; 3]>,
+    /// Reformed triangles, indices below the level's vertex count.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// The two frames an instance stands between at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FramePair {
+    /// Earlier frame.
+    pub first: u32,
+    /// Later frame, at most the clip's last.
+    pub second: u32,
+    /// Share of the later one, 0 to 1.
+    pub blend: f32,
+}
+
+/// Poses one instance at the level chosen, at `time_s`.
+///
+/// Matrices are interpolated entry by entry between the two frames around the instance's time; positions and normals are
+/// transformed by the weighted sum of up to four joint matrices (linear blend skinning).
+///
+/// Paper: Peng 2011 Eq. 2 (§5.3), Dong 2019 Eq. 2. Departs: inverse bind matrices are multiplied in beforehand, and frames are
+/// interpolated; the papers show the nearest one. Twin: `shaders/shared/skin.wgsl`.
+pub fn pose_instance(data: &CrowdData, instance: &InstanceRecord, choice: LodChoice, time_s: f32) -> PosedInstance {
+    let character = &data.characters[instance.character as usize];
+    let palette = blend_palette(data, instance, time_s);
+    let first = character.vertex_offset as usize;
+    let vertices = &data.vertices[first..first + choice.vertex_count as usize];
+    let mut posed = PosedInstance {
+        positions: Vec::with_capacity(vertices.len()),
+        normals: Vec::with_capacity(vertices.len()),
+        triangles: reform_level(data, character, choice),
+    };
+    for vertex in vertices {
+        let rows = skin_matrix(&palette, vertex);
+        let position = Vec3::from_array(vertex.position).extend(1.0);
+        let normal = Vec3::from_array(decode_normal(vertex.normal_oct)).extend(0.0);
+        let local = Vec3::new(rows[0].dot(position), rows[1].dot(position), rows[2].dot(position));
+        let turned = Vec3::new(rows[0].dot(normal), rows[1].dot(normal), rows[2].dot(normal));
+        posed.positions.push(world_from_local(instance, local).to_array());
+        posed.normals.push(turn(instance.yaw_rad, turned).normalize_or(Vec3::Y).to_array());
+    }
+    posed
+}
+
+/// Where in its clip an instance is: `t = (time + phase) mod duration`, `frame = t / duration * (frames - 1)`.
+pub fn frame_pair(clip: &ClipRecord, phase_s: f32, time_s: f32) -> FramePair {
+    let last = clip.frame_count.max(1) - 1;
+    if clip.duration_s <= 0.0 || last == 0 {
+        return FramePair { first: 0, second: 0, blend: 0.0 };
+    }
+    let turns = (time_s + phase_s) / clip.duration_s;
+    let frame = (turns - turns.floor()) * last as f32;
+    let first = (frame.floor().max(0.0) as u32).min(last);
+    FramePair { first, second: (first + 1).min(last), blend: frame - first as f32 }
+}
+
+/// Three rows a joint, blended between the instance's two frames.
+fn blend_palette(data: &CrowdData, instance: &InstanceRecord, time_s: f32) -> Vec<Vec4> {
+    let character = &data.characters[instance.character as usize];
+    let clip = &data.clips[instance.clip as usize];
+    let pair = frame_pair(clip, instance.phase_s, time_s);
+    let row_count = character.joint_count as usize * 3;
+    let frame = |f: u32| {
+        let start = clip.texel_offset as usize + f as usize * row_count;
+        &data.animation[start..start + row_count]
+    };
+    let blend = |(a, b): (&[f32; 4], &[f32; 4])| {
+        let (a, b) = (Vec4::from_array(*a), Vec4::from_array(*b));
+        a + (b - a) * pair.blend
+    };
+    frame(pair.first).iter().zip(frame(pair.second)).map(blend).collect()
+}
+
+fn skin_matrix(palette: &[Vec4], vertex: &VertexRecord) -> [Vec4; 3] {
+    let mut rows = [Vec4::ZERO; 3];
+    for influence in 0..4 {
+        let shift = (influence % 2) * 16;
+        let joint = ((vertex.joints[influence / 2] >> shift) & 0xffff) as usize;
+        let weight = ((vertex.weights[influence / 2] >> shift) & 0xffff) as f32 / 65_535.0;
+        if weight > 0.0 {
+            for (r, row) in rows.iter_mut().enumerate() {
+                *row += palette[joint * 3 + r] * weight;
+            }
+        }
+    }
+    rows
+}

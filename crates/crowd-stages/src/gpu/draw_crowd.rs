@@ -1,0 +1,330 @@
+//! The draw: sky and ground, then the crowd, into a colour view with the renderer's own depth.
+
+use super::kernel::{Use, buffer_entry};
+use super::upload::{CrowdBuffers, FrameBuffers};
+
+const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+const RECORDS: &str = include_str!("../../../../shaders/shared/records.wgsl");
+const PLACE: &str = include_str!("../../../../shaders/shared/place.wgsl");
+const SKIN: &str = include_str!("../../../../shaders/shared/skin.wgsl");
+const LIGHT: &str = include_str!("../../../../shaders/shared/light.wgsl");
+const BACKDROP: &str = include_str!("../../../../shaders/draw/backdrop.wgsl");
+const CROWD: &str = include_str!("../../../../shaders/draw/crowd.wgsl");
+
+/// The WGSL of sky and ground as it is compiled.
+pub fn backdrop_source() -> String {
+    [RECORDS, LIGHT, BACKDROP].concat()
+}
+
+/// The WGSL of the crowd's draw as it is compiled.
+pub fn crowd_source() -> String {
+    [RECORDS, PLACE, SKIN, LIGHT, CROWD].concat()
+}
+
+/// Pipelines and bind groups of the draw.
+pub(crate) struct DrawCrowd {
+    backdrop: wgpu::RenderPipeline,
+    reformed: wgpu::RenderPipeline,
+    full_detail: wgpu::RenderPipeline,
+    backdrop_bound: wgpu::BindGroup,
+    crowd_bound: wgpu::BindGroup,
+    color_format: wgpu::TextureFormat,
+    sample_count: u32,
+    targets: Option<Targets>,
+}
+
+/// Textures of the picture's size.
+struct Targets {
+    size: (u32, u32),
+    depth: wgpu::TextureView,
+    multisampled: Option<wgpu::TextureView>,
+}
+
+/// What to draw after the backdrop.
+pub(crate) enum Drawing<'a> {
+    /// One indirect draw of the frame's index buffer.
+    Reformed,
+    /// One draw an instance: index ranges of the static index buffer.
+    FullDetail(&'a [std::ops::Range<u32>]),
+}
+
+impl DrawCrowd {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        crowd: &CrowdBuffers,
+        frame: &FrameBuffers,
+        color_format: wgpu::TextureFormat,
+        sample_count: u32,
+    ) -> Self {
+        let layouts = Layouts::new(device);
+        let shape = Shape { device, color_format, sample_count };
+        let backdrop = shape.module("backdrop", backdrop_source());
+        let crowd_module = shape.module("crowd", crowd_source());
+        Self {
+            backdrop: shape.pipeline(&layouts.backdrop, &backdrop, "cover", "backdrop", wgpu::CompareFunction::Always),
+            reformed: shape.pipeline(&layouts.crowd, &crowd_module, "reformed", "shade", wgpu::CompareFunction::Less),
+            full_detail: shape.pipeline(
+                &layouts.crowd,
+                &crowd_module,
+                "full_detail",
+                "shade",
+                wgpu::CompareFunction::Less,
+            ),
+            backdrop_bound: bind_backdrop(device, &layouts.backdrop, frame),
+            crowd_bound: bind_crowd(device, &layouts.crowd, crowd, frame),
+            color_format,
+            sample_count,
+            targets: None,
+        }
+    }
+
+    /// Records the pass. `stamps`: query set and numbers of the stamps at its start and end.
+    pub(crate) fn record(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        color: &wgpu::TextureView,
+        size: (u32, u32),
+        crowd: &CrowdBuffers,
+        frame: &FrameBuffers,
+        drawing: Drawing<'_>,
+        stamps: Option<(&wgpu::QuerySet, u32, u32)>,
+    ) {
+        self.fit_targets(device, size);
+        let targets = self.targets.as_ref().expect("fit_targets made them");
+        let (view, resolve_target, store) = match &targets.multisampled {
+            Some(view) => (view, Some(color), wgpu::StoreOp::Discard),
+            None => (color, None, wgpu::StoreOp::Store),
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("draw"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &targets.depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: stamps.map(|(query_set, start, end)| wgpu::RenderPassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: Some(start),
+                end_of_pass_write_index: Some(end),
+            }),
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.backdrop);
+        pass.set_bind_group(0, &self.backdrop_bound, &[]);
+        pass.draw(0..3, 0..1);
+
+        pass.set_bind_group(0, &self.crowd_bound, &[]);
+        match drawing {
+            Drawing::Reformed => {
+                pass.set_pipeline(&self.reformed);
+                pass.set_index_buffer(frame.indices.slice(..), wgpu::IndexFormat::Uint32);
+                pass.draw_indexed_indirect(&frame.draw_args, 0);
+            }
+            Drawing::FullDetail(ranges) => {
+                pass.set_pipeline(&self.full_detail);
+                pass.set_index_buffer(crowd.triangles.slice(..), wgpu::IndexFormat::Uint32);
+                for (i, range) in ranges.iter().enumerate() {
+                    pass.draw_indexed(range.clone(), 0, i as u32..i as u32 + 1);
+                }
+            }
+        }
+    }
+
+    fn fit_targets(&mut self, device: &wgpu::Device, size: (u32, u32)) {
+        let size = (size.0.max(1), size.1.max(1));
+        if self.targets.as_ref().is_some_and(|targets| targets.size == size) {
+            return;
+        }
+        let texture = |label, format| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: self.sample_count,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            });
+            texture.create_view(&Default::default())
+        };
+        let multisampled = (self.sample_count > 1).then(|| texture("multisampled", self.color_format));
+        self.targets = Some(Targets { size, depth: texture("depth", DEPTH), multisampled });
+    }
+
+    /// Bytes of the textures of the picture's size.
+    pub(crate) fn target_bytes(&self) -> u64 {
+        let Some(targets) = &self.targets else { return 0 };
+        let samples = u64::from(targets.size.0) * u64::from(targets.size.1) * u64::from(self.sample_count);
+        let color_bytes = u64::from(self.color_format.block_copy_size(None).unwrap_or(4));
+        samples * (4 + if self.sample_count > 1 { color_bytes } else { 0 })
+    }
+}
+
+struct Layouts {
+    backdrop: wgpu::BindGroupLayout,
+    crowd: wgpu::BindGroupLayout,
+}
+
+impl Layouts {
+    fn new(device: &wgpu::Device) -> Self {
+        let vertex = wgpu::ShaderStages::VERTEX;
+        let fragment = wgpu::ShaderStages::FRAGMENT;
+        let texture = |binding, visibility, filterable| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable },
+                view_dimension: wgpu::TextureViewDimension::D2Array,
+                multisampled: false,
+            },
+            count: None,
+        };
+        let layout = |label, entries: &[_]| {
+            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
+        };
+        Self {
+            backdrop: layout(
+                "backdrop",
+                &[buffer_entry(0, fragment, Use::Uniform, None), buffer_entry(1, fragment, Use::Uniform, None)],
+            ),
+            crowd: layout(
+                "crowd",
+                &[
+                    buffer_entry(0, vertex | fragment, Use::Uniform, None),
+                    buffer_entry(1, vertex | fragment, Use::Uniform, None),
+                    buffer_entry(2, vertex, Use::Read, None),
+                    buffer_entry(3, vertex, Use::Read, None),
+                    buffer_entry(4, vertex, Use::Read, None),
+                    buffer_entry(5, vertex, Use::Read, None),
+                    buffer_entry(6, vertex, Use::Read, None),
+                    buffer_entry(7, vertex, Use::Read, None),
+                    buffer_entry(8, fragment, Use::Read, None),
+                    texture(9, vertex, false),
+                    texture(10, fragment, true),
+                    wgpu::BindGroupLayoutEntry {
+                        binding: 11,
+                        visibility: fragment,
+                        ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+                        count: None,
+                    },
+                ],
+            ),
+        }
+    }
+}
+
+fn bind_backdrop(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, frame: &FrameBuffers) -> wgpu::BindGroup {
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("backdrop"),
+        layout,
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: frame.config.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: frame.draw_config.as_entire_binding() },
+        ],
+    })
+}
+
+fn bind_crowd(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    crowd: &CrowdBuffers,
+    frame: &FrameBuffers,
+) -> wgpu::BindGroup {
+    let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+        label: Some("layers"),
+        address_mode_u: wgpu::AddressMode::Repeat,
+        address_mode_v: wgpu::AddressMode::Repeat,
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        ..Default::default()
+    });
+    let buffers = [
+        &frame.config,
+        &frame.draw_config,
+        &frame.instances,
+        &crowd.characters,
+        &crowd.clips,
+        &crowd.vertices,
+        &frame.slot_instances,
+        &frame.bases,
+        &crowd.materials,
+    ];
+    let mut entries: Vec<_> = buffers
+        .iter()
+        .enumerate()
+        .map(|(i, buffer)| wgpu::BindGroupEntry { binding: i as u32, resource: buffer.as_entire_binding() })
+        .collect();
+    entries.push(wgpu::BindGroupEntry { binding: 9, resource: wgpu::BindingResource::TextureView(&crowd.animation) });
+    entries.push(wgpu::BindGroupEntry { binding: 10, resource: wgpu::BindingResource::TextureView(&crowd.layers) });
+    entries.push(wgpu::BindGroupEntry { binding: 11, resource: wgpu::BindingResource::Sampler(&sampler) });
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("crowd"), layout, entries: &entries })
+}
+
+/// What all pipelines of the draw share.
+struct Shape<'a> {
+    device: &'a wgpu::Device,
+    color_format: wgpu::TextureFormat,
+    sample_count: u32,
+}
+
+impl Shape<'_> {
+    fn module(&self, label: &str, source: String) -> wgpu::ShaderModule {
+        self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(label),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        })
+    }
+
+    fn pipeline(
+        &self,
+        layout: &wgpu::BindGroupLayout,
+        module: &wgpu::ShaderModule,
+        vertex: &str,
+        fragment: &str,
+        depth_compare: wgpu::CompareFunction,
+    ) -> wgpu::RenderPipeline {
+        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(vertex),
+            bind_group_layouts: &[Some(layout)],
+            immediate_size: 0,
+        });
+        self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(vertex),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module,
+                entry_point: Some(vertex),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            // No culling by the hardware: whether a back face is drawn differs from material to material.
+            primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(depth_compare),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: wgpu::MultisampleState { count: self.sample_count, ..Default::default() },
+            fragment: Some(wgpu::FragmentState {
+                module,
+                entry_point: Some(fragment),
+                compilation_options: Default::default(),
+                targets: &[Some(self.color_format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}

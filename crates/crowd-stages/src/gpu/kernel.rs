@@ -1,0 +1,140 @@
+//! A compute shader with its entry points: what all stages' dispatches have in common.
+
+use crate::dispatch::{BLOCK_SIZE, FOLD_COLUMNS, INSTANCE_GROUP_SIZE};
+use std::num::NonZeroU64;
+
+/// Text that stands before every stage's shader.
+const RECORDS: &str = include_str!("../../../../shaders/shared/records.wgsl");
+
+/// How a stage uses a buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Use {
+    /// A uniform.
+    Uniform,
+    /// Storage, only read.
+    Read,
+    /// Storage, read and written.
+    Write,
+}
+
+/// The WGSL a stage is compiled from.
+pub(crate) fn stage_source(shared: &[&str], stage: &str) -> String {
+    let mut source = String::from(RECORDS);
+    for part in shared {
+        source.push_str(part);
+    }
+    source.push_str(stage);
+    source
+}
+
+/// A layout of buffers at bindings 0, 1, 2, ...
+pub(crate) fn buffer_layout(
+    device: &wgpu::Device,
+    name: &str,
+    visibility: wgpu::ShaderStages,
+    uses: &[Use],
+) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> =
+        uses.iter().enumerate().map(|(i, kind)| buffer_entry(i as u32, visibility, *kind, None)).collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries: &entries })
+}
+
+pub(crate) fn buffer_entry(
+    binding: u32,
+    visibility: wgpu::ShaderStages,
+    kind: Use,
+    min_binding_size: Option<NonZeroU64>,
+) -> wgpu::BindGroupLayoutEntry {
+    let ty = match kind {
+        Use::Uniform => wgpu::BufferBindingType::Uniform,
+        Use::Read => wgpu::BufferBindingType::Storage { read_only: true },
+        Use::Write => wgpu::BufferBindingType::Storage { read_only: false },
+    };
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size },
+        count: None,
+    }
+}
+
+/// A stage's pipelines, one an entry point, over one layout.
+pub(crate) struct Kernel {
+    name: &'static str,
+    layout: wgpu::BindGroupLayout,
+    pipelines: Vec<wgpu::ComputePipeline>,
+}
+
+impl Kernel {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        name: &'static str,
+        source: String,
+        entry_points: &[&'static str],
+        uses: &[Use],
+    ) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(name),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let layout = buffer_layout(device, name, wgpu::ShaderStages::COMPUTE, uses);
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(name),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = |entry_point: &&'static str| {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry_point),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: Default::default(),
+                cache: None,
+            })
+        };
+        let pipelines = entry_points.iter().map(pipeline).collect();
+        Self { name, layout, pipelines }
+    }
+
+    /// Buffers in the order of the shader's bindings.
+    pub(crate) fn bind(&self, device: &wgpu::Device, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+        let entries: Vec<_> = buffers
+            .iter()
+            .enumerate()
+            .map(|(i, buffer)| wgpu::BindGroupEntry { binding: i as u32, resource: buffer.as_entire_binding() })
+            .collect();
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(self.name),
+            layout: &self.layout,
+            entries: &entries,
+        })
+    }
+
+    /// Dispatches entry point number `entry` with that many groups, folded into rows; none for zero groups.
+    pub(crate) fn dispatch(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        entry: usize,
+        bound: &wgpu::BindGroup,
+        groups: u32,
+    ) {
+        if groups == 0 {
+            return;
+        }
+        pass.set_pipeline(&self.pipelines[entry]);
+        pass.set_bind_group(0, bound, &[]);
+        pass.dispatch_workgroups(groups.min(FOLD_COLUMNS), groups.div_ceil(FOLD_COLUMNS), 1);
+    }
+}
+
+/// Groups when each thread works on one element.
+pub(crate) fn blocks(count: u32) -> u32 {
+    count.div_ceil(BLOCK_SIZE)
+}
+
+/// Groups when each group works on one instance.
+pub(crate) fn instance_groups(count: u32) -> u32 {
+    const { assert!(INSTANCE_GROUP_SIZE <= 256, "default limits allow 256 threads a group") };
+    count
+}

@@ -1,0 +1,157 @@
+//! Totals and timestamps on their way back, a few frames late, without stopping anyone.
+
+use crate::FrameTotals;
+use std::mem::size_of;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+const TOTALS_BYTES: u64 = size_of::<FrameTotals>() as u64;
+/// Frames under way that are remembered; older ones are forgotten.
+const MAX_SLOTS: usize = 4;
+
+const FREE: u8 = 0;
+const UNDER_WAY: u8 = 1;
+const ARRIVED: u8 = 2;
+const LOST: u8 = 3;
+
+struct Slot {
+    buffer: wgpu::Buffer,
+    state: Arc<AtomicU8>,
+    frame: u64,
+    /// Totals known beforehand (nothing was selected on the GPU).
+    known_totals: Option<FrameTotals>,
+    stages: Vec<&'static str>,
+}
+
+/// Time stamps at the start of each stage, and one at the end of the last.
+pub(crate) struct StageClock {
+    pub(crate) queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    nanoseconds_per_tick: f32,
+}
+
+impl StageClock {
+    /// `None` where the device has no timestamps.
+    pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue, max_stages: u32) -> Option<Self> {
+        if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+            return None;
+        }
+        let count = max_stages + 1;
+        Some(Self {
+            queries: device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("stage clock"),
+                ty: wgpu::QueryType::Timestamp,
+                count,
+            }),
+            resolved: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("stage clock"),
+                size: u64::from(count) * 8,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            }),
+            nanoseconds_per_tick: queue.get_timestamp_period(),
+        })
+    }
+}
+
+/// What came back of the newest finished frame.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Arrived {
+    pub(crate) totals: Option<FrameTotals>,
+    pub(crate) timings_ms: Vec<(&'static str, f32)>,
+}
+
+#[derive(Default)]
+pub(crate) struct ReadBack {
+    slots: Vec<Slot>,
+    next_frame: u64,
+    newest: u64,
+    arrived: Arrived,
+}
+
+impl ReadBack {
+    /// Records the copies of a frame; they are mapped when the encoder is submitted.
+    ///
+    /// `stages`: names in the order of the time stamps, one fewer than there are stamps.
+    pub(crate) fn record(
+        &mut self,
+        device: &wgpu::Device,
+        encoder: &mut wgpu::CommandEncoder,
+        totals: &wgpu::Buffer,
+        known_totals: Option<FrameTotals>,
+        clock: Option<&StageClock>,
+        stages: Vec<&'static str>,
+    ) {
+        let mut slot = self.take_slot(device, clock);
+        encoder.copy_buffer_to_buffer(totals, 0, &slot.buffer, 0, TOTALS_BYTES);
+        if let Some(clock) = clock {
+            let stamps = stages.len() as u32 + 1;
+            encoder.resolve_query_set(&clock.queries, 0..stamps, &clock.resolved, 0);
+            encoder.copy_buffer_to_buffer(&clock.resolved, 0, &slot.buffer, TOTALS_BYTES, u64::from(stamps) * 8);
+        }
+        self.next_frame += 1;
+        slot.frame = self.next_frame;
+        slot.known_totals = known_totals;
+        slot.stages = if clock.is_some() { stages } else { Vec::new() };
+        slot.state.store(UNDER_WAY, Ordering::Release);
+        let state = slot.state.clone();
+        encoder.map_buffer_on_submit(&slot.buffer, wgpu::MapMode::Read, .., move |result| {
+            state.store(if result.is_ok() { ARRIVED } else { LOST }, Ordering::Release);
+        });
+        self.slots.push(slot);
+    }
+
+    /// A free slot, or a new one; a slot whose frame was never submitted is forgotten in time.
+    fn take_slot(&mut self, device: &wgpu::Device, clock: Option<&StageClock>) -> Slot {
+        if let Some(free) = self.slots.iter().position(|slot| slot.state.load(Ordering::Acquire) == FREE) {
+            return self.slots.remove(free);
+        }
+        if self.slots.len() >= MAX_SLOTS {
+            self.slots.remove(0);
+        }
+        let stamps = clock.map_or(0, |clock| clock.resolved.size());
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("read back"),
+            size: TOTALS_BYTES + stamps,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let state = Arc::new(AtomicU8::new(FREE));
+        Slot { buffer, state, frame: 0, known_totals: None, stages: Vec::new() }
+    }
+
+    /// Takes in what has arrived and gives the newest.
+    pub(crate) fn collect(&mut self, clock: Option<&StageClock>) -> &Arrived {
+        for slot in &mut self.slots {
+            match slot.state.load(Ordering::Acquire) {
+                ARRIVED => {}
+                LOST => {
+                    slot.state.store(FREE, Ordering::Release);
+                    continue;
+                }
+                _ => continue,
+            }
+            if slot.frame > self.newest
+                && let Ok(bytes) = slot.buffer.get_mapped_range(..)
+            {
+                self.newest = slot.frame;
+                let (totals, stamps) = bytes.split_at(TOTALS_BYTES as usize);
+                let read: FrameTotals = bytemuck::pod_read_unaligned(totals);
+                self.arrived.totals = Some(slot.known_totals.unwrap_or(read));
+                let tick_ms = clock.map_or(0.0, |clock| f64::from(clock.nanoseconds_per_tick) * 1e-6);
+                self.arrived.timings_ms = spans(&slot.stages, stamps, tick_ms);
+            }
+            slot.buffer.unmap();
+            slot.state.store(FREE, Ordering::Release);
+        }
+        &self.arrived
+    }
+}
+
+/// Milliseconds from each stamp to the next.
+fn spans(stages: &[&'static str], stamps: &[u8], tick_ms: f64) -> Vec<(&'static str, f32)> {
+    let ticks: Vec<u64> = stamps.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
+    let span =
+        |(name, pair): (&&'static str, &[u64])| (*name, (pair[1].saturating_sub(pair[0]) as f64 * tick_ms) as f32);
+    stages.iter().zip(ticks.windows(2)).map(span).collect()
+}

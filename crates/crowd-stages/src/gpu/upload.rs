@@ -1,0 +1,265 @@
+//! A crowd's data on the GPU, and the buffers of a frame: sizes checked before anything is allocated.
+
+use crate::dispatch::BLOCK_SIZE;
+use crate::{
+    Capacities, CrowdData, CullRecord, DrawArgs, DrawConfig, Error, FrameConfig, FrameTotals, InstanceBase,
+    InstanceRecord, LodChoice, Result, WeightSums,
+};
+use std::mem::size_of;
+use wgpu::BufferUsages as Usage;
+use wgpu::util::DeviceExt;
+
+/// Width and height of the animation texture's layers; `shaders/shared/skin.wgsl` has the same.
+pub const ANIMATION_SIDE: u32 = 4096;
+
+/// Makes buffers and textures, counts their bytes, refuses what the device's limits do not allow.
+pub(crate) struct Uploader<'a> {
+    pub(crate) device: &'a wgpu::Device,
+    pub(crate) queue: &'a wgpu::Queue,
+    pub(crate) bytes: u64,
+}
+
+impl Uploader<'_> {
+    /// A buffer with contents; never empty, so that it can be bound.
+    fn filled<T: bytemuck::NoUninit>(
+        &mut self,
+        what: &'static str,
+        contents: &[T],
+        usage: Usage,
+        remedy: &'static str,
+    ) -> Result<wgpu::Buffer> {
+        if contents.is_empty() {
+            return self.empty::<T>(what, 0, usage, remedy);
+        }
+        let contents = bytemuck::cast_slice(contents);
+        self.check_size(what, contents.len() as u64, remedy)?;
+        self.bytes += contents.len() as u64;
+        Ok(self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(what), contents, usage }))
+    }
+
+    /// A buffer of zeros; never empty, so that it can be bound.
+    pub(crate) fn empty<T>(
+        &mut self,
+        what: &'static str,
+        count: u64,
+        usage: Usage,
+        remedy: &'static str,
+    ) -> Result<wgpu::Buffer> {
+        let size = count.max(1) * size_of::<T>() as u64;
+        self.check_size(what, size, remedy)?;
+        self.bytes += size;
+        Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(what),
+            size,
+            usage,
+            mapped_at_creation: false,
+        }))
+    }
+
+    fn check_size(&self, what: &'static str, needed: u64, remedy: &'static str) -> Result<()> {
+        let limits = self.device.limits();
+        let allowed = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if needed > allowed { Err(Error::Limit { what, needed, allowed, remedy }) } else { Ok(()) }
+    }
+
+    /// Rows of palettes as one texture, addressed by one number (see `palette_row` in `shaders/shared/skin.wgsl`).
+    fn animation_texture(&mut self, texels: &[[f32; 4]]) -> Result<wgpu::TextureView> {
+        let rows = texels.len().div_ceil(ANIMATION_SIDE as usize).max(1) as u32;
+        let layer_count = rows.div_ceil(ANIMATION_SIDE);
+        let height = rows.min(ANIMATION_SIDE);
+        let limits = self.device.limits();
+        let too_many = layer_count > limits.max_texture_array_layers;
+        if too_many || ANIMATION_SIDE > limits.max_texture_dimension_2d {
+            let side = u64::from(limits.max_texture_dimension_2d.min(ANIMATION_SIDE));
+            return Err(Error::Limit {
+                what: "texels of the animation texture",
+                needed: texels.len() as u64,
+                allowed: side / u64::from(ANIMATION_SIDE) * side * side * u64::from(limits.max_texture_array_layers),
+                remedy: "bake fewer clips or a lower --fps",
+            });
+        }
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("animation"),
+            size: wgpu::Extent3d { width: ANIMATION_SIDE, height, depth_or_array_layers: layer_count },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        self.bytes += u64::from(layer_count * height) * u64::from(ANIMATION_SIDE) * 16;
+        for (row, texels) in texels.chunks(ANIMATION_SIDE as usize * ANIMATION_SIDE as usize).enumerate() {
+            let whole = texels.len() / ANIMATION_SIDE as usize;
+            let (rows, rest) = texels.split_at(whole * ANIMATION_SIDE as usize);
+            self.write_rows(&texture, row as u32, 0, ANIMATION_SIDE, whole as u32, rows);
+            self.write_rows(&texture, row as u32, whole as u32, rest.len() as u32, 1, rest);
+        }
+        Ok(texture.create_view(&array_view("animation")))
+    }
+
+    fn write_rows(&self, texture: &wgpu::Texture, layer: u32, y: u32, width: u32, height: u32, texels: &[[f32; 4]]) {
+        if texels.is_empty() {
+            return;
+        }
+        self.queue.write_texture(
+            wgpu::TexelCopyTextureInfo {
+                texture,
+                mip_level: 0,
+                origin: wgpu::Origin3d { x: 0, y, z: layer },
+                aspect: wgpu::TextureAspect::All,
+            },
+            bytemuck::cast_slice(texels),
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(width * 16), rows_per_image: None },
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        );
+    }
+
+    /// All images as layers of one texture; one white texel when there are none.
+    fn layer_texture(&mut self, data: &CrowdData) -> Result<wgpu::TextureView> {
+        let layer_count = data.layers.len().max(1) as u32;
+        let side = if data.layers.is_empty() { 1 } else { data.layer_side };
+        let limits = self.device.limits();
+        if layer_count > limits.max_texture_array_layers {
+            return Err(Error::Limit {
+                what: "images of the pack",
+                needed: u64::from(layer_count),
+                allowed: u64::from(limits.max_texture_array_layers),
+                remedy: "put fewer characters into one pack, or let them share images",
+            });
+        }
+        if side > limits.max_texture_dimension_2d {
+            return Err(Error::Limit {
+                what: "side of a texture layer",
+                needed: u64::from(side),
+                allowed: u64::from(limits.max_texture_dimension_2d),
+                remedy: "unpack with a smaller texture size",
+            });
+        }
+        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("layers"),
+            size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layer_count },
+            mip_level_count: side.ilog2() + 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba8UnormSrgb,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let white = crate::TextureLayer { mips: vec![vec![[255; 4]]] };
+        let layers = if data.layers.is_empty() { std::slice::from_ref(&white) } else { &data.layers };
+        for (z, layer) in layers.iter().enumerate() {
+            for (level, texels) in layer.mips.iter().enumerate() {
+                let side = (side >> level).max(1);
+                self.bytes += texels.len() as u64 * 4;
+                self.queue.write_texture(
+                    wgpu::TexelCopyTextureInfo {
+                        texture: &texture,
+                        mip_level: level as u32,
+                        origin: wgpu::Origin3d { x: 0, y: 0, z: z as u32 },
+                        aspect: wgpu::TextureAspect::All,
+                    },
+                    bytemuck::cast_slice(texels),
+                    wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side * 4), rows_per_image: None },
+                    wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
+                );
+            }
+        }
+        Ok(texture.create_view(&array_view("layers")))
+    }
+}
+
+fn array_view(label: &'static str) -> wgpu::TextureViewDescriptor<'static> {
+    wgpu::TextureViewDescriptor {
+        label: Some(label),
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    }
+}
+
+/// A crowd's data as it lies on the GPU; does not change.
+pub(crate) struct CrowdBuffers {
+    pub(crate) characters: wgpu::Buffer,
+    pub(crate) vertices: wgpu::Buffer,
+    pub(crate) triangles: wgpu::Buffer,
+    pub(crate) collapse_map: wgpu::Buffer,
+    pub(crate) lods: wgpu::Buffer,
+    pub(crate) clips: wgpu::Buffer,
+    pub(crate) materials: wgpu::Buffer,
+    pub(crate) animation: wgpu::TextureView,
+    pub(crate) layers: wgpu::TextureView,
+}
+
+impl CrowdBuffers {
+    pub(crate) fn new(up: &mut Uploader<'_>, data: &CrowdData) -> Result<Self> {
+        let fewer = "put fewer characters into one pack";
+        Ok(Self {
+            characters: up.filled("characters", &data.characters, Usage::STORAGE, fewer)?,
+            vertices: up.filled("bytes of vertices", &data.vertices, Usage::STORAGE, fewer)?,
+            triangles: up.filled("bytes of triangles", &data.triangles, Usage::STORAGE | Usage::INDEX, fewer)?,
+            collapse_map: up.filled("bytes of the collapse map", &data.collapse_map, Usage::STORAGE, fewer)?,
+            lods: up.filled("bytes of the LOD tables", &data.lods, Usage::STORAGE, fewer)?,
+            clips: up.filled("bytes of clips", &data.clips, Usage::STORAGE, fewer)?,
+            materials: up.filled("bytes of materials", &data.materials, Usage::STORAGE, fewer)?,
+            animation: up.animation_texture(&data.animation)?,
+            layers: up.layer_texture(data)?,
+        })
+    }
+}
+
+/// What the stages write each frame.
+pub(crate) struct FrameBuffers {
+    pub(crate) config: wgpu::Buffer,
+    pub(crate) capacities: wgpu::Buffer,
+    pub(crate) draw_config: wgpu::Buffer,
+    pub(crate) instances: wgpu::Buffer,
+    pub(crate) culled: wgpu::Buffer,
+    pub(crate) block_sums: wgpu::Buffer,
+    pub(crate) sums: wgpu::Buffer,
+    pub(crate) wanted: wgpu::Buffer,
+    pub(crate) block_wanted: wgpu::Buffer,
+    pub(crate) choices: wgpu::Buffer,
+    pub(crate) block_totals: wgpu::Buffer,
+    pub(crate) counts: wgpu::Buffer,
+    pub(crate) bases: wgpu::Buffer,
+    pub(crate) slot_instances: wgpu::Buffer,
+    pub(crate) indices: wgpu::Buffer,
+    pub(crate) draw_args: wgpu::Buffer,
+    pub(crate) totals: wgpu::Buffer,
+}
+
+impl FrameBuffers {
+    pub(crate) fn new(up: &mut Uploader<'_>, max_instances: u32, capacities: Capacities) -> Result<Self> {
+        let fewer = "draw fewer instances";
+        let smaller = "lower the vertex budget";
+        let n = u64::from(max_instances);
+        let blocks = u64::from(max_instances.div_ceil(BLOCK_SIZE));
+        let uniform = Usage::UNIFORM | Usage::COPY_DST;
+        let written = Usage::STORAGE | Usage::COPY_SRC;
+        let index_count = u64::from(capacities.triangle_count) * 3;
+        Ok(Self {
+            config: up.empty::<FrameConfig>("frame config", 1, uniform, fewer)?,
+            capacities: up.filled("capacities", &[capacities], uniform, fewer)?,
+            draw_config: up.empty::<DrawConfig>("draw config", 1, uniform, fewer)?,
+            instances: up.empty::<InstanceRecord>("bytes of instances", n, Usage::STORAGE | Usage::COPY_DST, fewer)?,
+            culled: up.empty::<CullRecord>("bytes of culling results", n, written, fewer)?,
+            block_sums: up.empty::<WeightSums>("sums of blocks", blocks, written, fewer)?,
+            sums: up.empty::<WeightSums>("sums", 1, written, fewer)?,
+            wanted: up.empty::<u32>("wanted counts", n, written, fewer)?,
+            block_wanted: up.empty::<u32>("wanted counts of blocks", blocks, written, fewer)?,
+            choices: up.empty::<LodChoice>("choices", n, written, fewer)?,
+            block_totals: up.empty::<InstanceBase>("counts of blocks", blocks, written, fewer)?,
+            counts: up.empty::<InstanceBase>("counts", 1, written, fewer)?,
+            bases: up.empty::<InstanceBase>("bases", n, written, fewer)?,
+            slot_instances: up.empty::<u32>(
+                "bytes of the vertex list",
+                capacities.vertex_count.into(),
+                written,
+                smaller,
+            )?,
+            indices: up.empty::<u32>("bytes of the index buffer", index_count, written | Usage::INDEX, smaller)?,
+            draw_args: up.empty::<DrawArgs>("draw arguments", 1, written | Usage::INDIRECT, fewer)?,
+            totals: up.empty::<FrameTotals>("totals", 1, written, fewer)?,
+        })
+    }
+}

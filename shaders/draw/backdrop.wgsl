@@ -1,0 +1,70 @@
+// Sky and ground in one triangle over the whole picture; the formulas of crowd-raster/src/ground.rs.
+
+@group(0) @binding(0) var<uniform> config: FrameConfig;
+@group(0) @binding(1) var<uniform> draw: DrawConfig;
+
+// Ground beyond the far plane is still drawn, at the largest depth below 1.
+const FARTHEST: f32 = 0.99999994;
+
+@vertex
+fn cover(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
+    let corner = vec2f(f32((vertex << 1u) & 2u), f32(vertex & 2u));
+    return vec4f(corner * 2.0 - 1.0, 1.0, 1.0);
+}
+
+struct Backdrop {
+    @location(0) color: vec4f,
+    @builtin(frag_depth) depth: f32,
+}
+
+fn sky_color(direction: vec3f) -> vec3f {
+    let up = sqrt(clamp(normalize(direction).y, 0.0, 1.0));
+    return mix(SKY_HORIZON, SKY_ZENITH, up);
+}
+
+fn edge(v: f32, width: f32) -> f32 {
+    return floor(v) * width + min(v - floor(v), width);
+}
+
+fn stripes(u: f32, foot: f32, width: f32) -> f32 {
+    return clamp((edge(u + foot * 0.5, width) - edge(u - foot * 0.5, width)) / foot, 0.0, 1.0);
+}
+
+fn lines(p: vec2f, foot: vec2f, period: f32, width_m: f32) -> f32 {
+    let width = width_m / period;
+    let x = stripes(p.x / period + width * 0.5, foot.x / period, width);
+    let z = stripes(p.y / period + width * 0.5, foot.y / period, width);
+    return 1.0 - (1.0 - x) * (1.0 - z);
+}
+
+fn ground_color(p: vec2f, foot: vec2f, distance_m: f32) -> vec3f {
+    let narrow = lines(p, foot, 1.0, LINE_WIDTH_M);
+    let wide = lines(p, foot, 10.0, WIDE_LINE_WIDTH_M);
+    let near = exp(-distance_m / FADE_M);
+    return mix(SKY_HORIZON, mix(GROUND, GROUND_LINE, max(LINE_STRENGTH * narrow, wide)), near);
+}
+
+@fragment
+fn backdrop(@builtin(position) pixel: vec4f) -> Backdrop {
+    let ndc = vec2f(pixel.x / draw.width_px * 2.0 - 1.0, 1.0 - pixel.y / draw.height_px * 2.0);
+    let d = draw.ray_x * ndc.x + draw.ray_y * ndc.y + draw.ray_w;
+    if !(dot(d, d) > 0.0) {
+        return Backdrop(vec4f(SKY_HORIZON, 1.0), 1.0);
+    }
+    let t = (GROUND_Y_M - config.eye.y) / d.y;
+    if d.y == 0.0 || !(t > 0.0) {
+        return Backdrop(vec4f(sky_color(d), 1.0), 1.0);
+    }
+    let p = config.eye + t * d;
+    let clip = config.clip_from_world * vec4f(p, 1.0);
+    let depth = min(clip.z / clip.w, FARTHEST);
+    if !(depth >= 0.0) {
+        return Backdrop(vec4f(sky_color(d), 1.0), 1.0);
+    }
+    let dx = draw.ray_x * (2.0 / draw.width_px);
+    let dy = draw.ray_y * (-2.0 / draw.height_px);
+    let px = t * (dx - d * (dx.y / d.y));
+    let py = t * (dy - d * (dy.y / d.y));
+    let foot = max(max(abs(px.xz), abs(py.xz)), vec2f(1e-4));
+    return Backdrop(vec4f(ground_color(p.xz, foot, distance(p, config.eye)), 1.0), depth);
+}

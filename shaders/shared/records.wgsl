@@ -1,0 +1,176 @@
+// Records shared by all shaders. The same structs stand in crowd-pack/src/records.rs and crowd-stages/src/records.rs;
+// a test compares sizes, offsets and constants.
+
+const NONE: u32 = 0xffffffffu;
+
+// Workgroups beyond 65,535 are folded into rows of this many.
+const FOLD_COLUMNS: u32 = 32768u;
+// Threads of a group that works on one element each.
+const BLOCK_SIZE: u32 = 256u;
+// Threads of a group that works on one instance.
+const INSTANCE_GROUP_SIZE: u32 = 64u;
+
+const OVERFLOW_BUDGET: u32 = 1u;
+const OVERFLOW_VERTICES: u32 = 2u;
+const OVERFLOW_TRIANGLES: u32 = 4u;
+
+const WEIGHT_AREA: u32 = 0u;
+const WEIGHT_AREA_DISTANCE: u32 = 1u;
+
+const MATERIAL_DOUBLE_SIDED: u32 = 1u;
+const MATERIAL_UNLIT: u32 = 2u;
+const MATERIAL_FLAT: u32 = 4u;
+const MATERIAL_WRAP_U_SHIFT: u32 = 4u;
+const MATERIAL_WRAP_V_SHIFT: u32 = 6u;
+const MATERIAL_WRAP_MASK: u32 = 3u;
+
+struct VertexRecord {
+    position: vec3f,
+    normal_oct: u32,
+    uv: vec2f,
+    color: u32,
+    material_class: u32,
+    joints: vec2u,
+    weights: vec2u,
+}
+
+struct LodRecord {
+    vertex_count: u32,
+    triangle_count: u32,
+}
+
+struct CharacterRecord {
+    vertex_offset: u32,
+    vertex_count: u32,
+    triangle_offset: u32,
+    triangle_count: u32,
+    lod_offset: u32,
+    min_vertex_count: u32,
+    min_triangle_count: u32,
+    joint_count: u32,
+    clip_offset: u32,
+    clip_count: u32,
+    material_offset: u32,
+    material_count: u32,
+    sphere: vec4f,
+    box_min: vec3f,
+    height_m: f32,
+    box_max: vec3f,
+    inverse_bind_offset: u32,
+}
+
+struct ClipRecord {
+    texel_offset: u32,
+    frame_count: u32,
+    duration_s: f32,
+    root_speed_m_s: f32,
+    sphere: vec4f,
+    root_displacement_m: vec3f,
+    loop_gap_m: f32,
+}
+
+struct MaterialRecord {
+    base_color: vec4f,
+    image: u32,
+    flags: u32,
+    alpha_cutoff: f32,
+    reserved: u32,
+}
+
+struct InstanceRecord {
+    position: vec3f,
+    yaw_rad: f32,
+    scale: f32,
+    character: u32,
+    clip: u32,
+    phase_s: f32,
+}
+
+struct FrameConfig {
+    clip_from_world: mat4x4f,
+    planes: array<vec4f, 6>,
+    eye: vec3f,
+    focal_px: f32,
+    time_s: f32,
+    inverse_alpha: f32,
+    budget: u32,
+    instance_count: u32,
+    weight: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
+}
+
+struct CullRecord {
+    visible: u32,
+    weight: f32,
+    area_px2: f32,
+    distance_m: f32,
+}
+
+struct WeightSums {
+    weight: f32,
+    min_vertex_count: u32,
+    visible_count: u32,
+    wanted_count: u32,
+    share: u32,
+    is_scaled: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+struct LodChoice {
+    vertex_count: u32,
+    triangle_count: u32,
+}
+
+struct InstanceBase {
+    vertex_base: u32,
+    triangle_base: u32,
+}
+
+struct Capacities {
+    vertex_count: u32,
+    triangle_count: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+struct DrawArgs {
+    index_count: u32,
+    instance_count: u32,
+    first_index: u32,
+    base_vertex: i32,
+    first_instance: u32,
+}
+
+struct FrameTotals {
+    visible_count: u32,
+    vertex_count: u32,
+    triangle_count: u32,
+    min_vertex_count: u32,
+    overflow: u32,
+    needed_vertices: u32,
+    needed_triangles: u32,
+    reserved: u32,
+}
+
+struct DrawConfig {
+    ray_x: vec3f,
+    width_px: f32,
+    ray_y: vec3f,
+    height_px: f32,
+    ray_w: vec3f,
+    layer_side: f32,
+}
+
+// The number of a workgroup in a folded dispatch.
+fn group_number(workgroup: vec3u) -> u32 {
+    return workgroup.y * FOLD_COLUMNS + workgroup.x;
+}
+
+// a + b, or the largest number: a count that overflows must not come back small.
+fn saturating_add(a: u32, b: u32) -> u32 {
+    let sum = a + b;
+    return select(sum, 0xffffffffu, sum < a);
+}
