@@ -1,0 +1,54 @@
+//! Images of a document, once each, still encoded.
+
+use std::collections::BTreeMap;
+
+use gltf::json::Root;
+
+use super::buffers::Buffers;
+use super::document::describe;
+use crate::folder::{Folder, shorten};
+use crate::image_header::read_image;
+use crate::refusal::Asset;
+use crate::{RawImage, Result};
+
+/// The images that materials use, in the order of their first use.
+pub(super) struct ImageTable<'a, 'b> {
+    asset: Asset<'a>,
+    root: &'a Root,
+    buffers: &'a Buffers<'b>,
+    folder: &'a Folder<'a>,
+    known: BTreeMap<usize, u32>,
+    pub(super) images: Vec<RawImage>,
+}
+
+impl<'a, 'b> ImageTable<'a, 'b> {
+    pub(super) fn new(asset: Asset<'a>, root: &'a Root, buffers: &'a Buffers<'b>, folder: &'a Folder<'a>) -> Self {
+        Self { asset, root, buffers, folder, known: BTreeMap::new(), images: Vec::new() }
+    }
+
+    /// The character's index of document image `source`.
+    pub(super) fn index(&mut self, place: &str, source: usize) -> Result<u32> {
+        if let Some(index) = self.known.get(&source) {
+            return Ok(*index);
+        }
+        let Some(image) = self.root.images.get(source) else {
+            let problem = format!("image {source}, the file has {}", self.root.images.len());
+            return Err(self.asset.format(place, problem));
+        };
+        let here = describe("image", source, image.name.as_ref());
+        let (bytes, file_name) = match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => {
+                let file = uri.rsplit('/').next().filter(|_| !uri.starts_with("data:"));
+                (self.folder.read_uri(&here, uri)?, file.map(shorten))
+            }
+            (None, Some(view)) => (self.buffers.view(&here, view.value())?.bytes.to_vec(), None),
+            (None, None) => return Err(self.asset.format(here, "neither `uri` nor `bufferView`")),
+        };
+        let name = image.name.clone().filter(|n| !n.is_empty()).or(file_name);
+        let name = name.unwrap_or_else(|| format!("image {source}"));
+        let index = self.images.len() as u32;
+        self.images.push(read_image(self.asset, &here, name, bytes)?);
+        self.known.insert(source, index);
+        Ok(index)
+    }
+}

@@ -1,0 +1,64 @@
+//! glTF 2.0 in, one character out. The steps, in the order in which the file goes through them:
+//! container, document, node tree, primitives, skins, common bind space, clips; materials and images as parts ask for
+//! them.
+
+mod accessors;
+mod buffers;
+mod clips;
+mod container;
+mod decompress;
+mod document;
+mod images;
+mod influences;
+mod materials;
+mod nodes;
+mod place;
+mod primitives;
+mod skins;
+
+pub(crate) use materials::default_material;
+
+use crate::folder::Folder;
+use crate::refusal::{Asset, Warnings};
+use crate::{RawCharacter, Result};
+
+/// Reads a `.glb` or `.gltf`, told apart by content. `name` becomes the character's.
+pub(crate) fn read_gltf(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<RawCharacter> {
+    let mut warnings = Warnings::default();
+    let container = container::split_container(asset, bytes)?;
+    let root = document::parse_document(asset, container.json, &mut warnings)?;
+    let folder = Folder::of(asset)?;
+    let buffers = buffers::Buffers::new(asset, &root, &folder, container.bin);
+    let tree = nodes::order_nodes(asset, &root, &mut warnings)?;
+
+    let images = images::ImageTable::new(asset, &root, &buffers, &folder);
+    let mut materials = materials::MaterialTable::new(asset, &root, images);
+    let (mesh, palette) = place::place_meshes(asset, &root, &buffers, &tree, &mut materials, &mut warnings)?;
+
+    let moving = carrying_nodes(&tree, palette.nodes());
+    let clips = clips::read_clips(asset, &root, &buffers, &tree.node_remap, &moving, &mut warnings)?;
+    Ok(RawCharacter {
+        name,
+        mesh,
+        materials: materials.materials,
+        images: materials.images.images,
+        nodes: tree.nodes,
+        joints: palette.into_joints(),
+        clips,
+        warnings: warnings.into_list(),
+    })
+}
+
+/// For each kept node, whether it or a node below it is one of `joints`.
+fn carrying_nodes(tree: &nodes::NodeTree, joints: impl Iterator<Item = u32>) -> Vec<bool> {
+    let mut carrying = vec![false; tree.nodes.len()];
+    for joint in joints {
+        carrying[joint as usize] = true;
+    }
+    for node in (0..tree.nodes.len()).rev() {
+        if let Some(parent) = tree.nodes[node].parent.filter(|_| carrying[node]) {
+            carrying[parent as usize] = true;
+        }
+    }
+    carrying
+}

@@ -1,0 +1,136 @@
+//! Skins: joint nodes and inverse bind matrices, brought into one bind space.
+//!
+//! Each skin of a file may have its own bind space (in metres, centimetres, quantised steps, lying down...). A bind space is
+//! only a way to write things down: moving a skin's vertices by an affine S and its inverse bind matrices by S^-1
+//! changes no pose. We choose S so that the skin stands where it stands at rest.
+
+use glam::{DMat3, DMat4};
+use gltf::json::Root;
+use gltf::json::accessor::ComponentType::{F32, I8, I16, U8, U16};
+
+use super::accessors::open_accessor;
+use super::buffers::Buffers;
+use super::document::describe;
+use super::nodes::NodeTree;
+use crate::refusal::{Asset, Warnings};
+use crate::{RawJoint, Result};
+
+/// A skin's joints: kept node and inverse bind matrix each.
+pub(super) struct Skin {
+    pub(super) place: String,
+    pub(super) joints: Vec<(u32, DMat4)>,
+}
+
+/// Reads skin `index`.
+pub(super) fn read_skin(
+    asset: Asset<'_>,
+    root: &Root,
+    buffers: &Buffers<'_>,
+    tree: &NodeTree,
+    index: usize,
+) -> Result<Skin> {
+    let Some(skin) = root.skins.get(index) else {
+        return Err(asset.format("nodes", format!("skin {index}, the file has {}", root.skins.len())));
+    };
+    let place = describe("skin", index, skin.name.as_ref());
+    let count = skin.joints.len();
+    if count == 0 {
+        return Err(asset.format(place, "no joints"));
+    }
+    let mut matrices = vec![DMat4::IDENTITY; count];
+    if let Some(accessor) = skin.inverse_bind_matrices {
+        let here = format!("{place}: inverseBindMatrices");
+        let allowed = ("matrices", asset.limits.nodes);
+        let elements = open_accessor(asset, root, buffers, &here, accessor.value(), allowed)?;
+        elements.expect(&[16], &[F32, I8, U8, I16, U16])?;
+        if elements.count < count {
+            return Err(asset.format(here, format!("{} matrices, the skin has {count} joints", elements.count)));
+        }
+        let numbers = elements.read_floats(elements.normalized)?;
+        for (joint, matrix) in numbers.chunks_exact(16).take(count).enumerate() {
+            if matrix.iter().any(|n| !n.is_finite()) {
+                return Err(asset.format(here, format!("matrix {joint} is not finite: {matrix:?}")));
+            }
+            let mut columns: [f64; 16] = std::array::from_fn(|i| f64::from(matrix[i]));
+            // The last row is 0 0 0 1 by the rules; rounding in exporters leaves crumbs there.
+            [columns[3], columns[7], columns[11], columns[15]] = [0.0, 0.0, 0.0, 1.0];
+            matrices[joint] = DMat4::from_cols_array(&columns);
+        }
+    }
+    let joints = skin.joints.iter().zip(matrices).map(|(node, matrix)| {
+        let node = tree.node_remap[node.value()].expect("order_nodes keeps every joint's tree");
+        (node, matrix)
+    });
+    Ok(Skin { place, joints: joints.collect() })
+}
+
+/// The affine map that takes a skin's own bind space to where the skin stands at rest.
+///
+/// `weight_sums[j]`: total weight of joint j over all vertices of the skin. The heaviest joint decides (the lower index in a
+/// tie): `world_rest(j) * inverse_bind(j)`.
+pub(super) fn common_from_skin(
+    skin: &Skin,
+    world_rest: &[DMat4],
+    weight_sums: &[f64],
+    warnings: &mut Warnings,
+) -> DMat4 {
+    let heaviest = (0..skin.joints.len()).fold(0, |best, j| if weight_sums[j] > weight_sums[best] { j } else { best });
+    let (node, inverse_bind) = skin.joints[heaviest];
+    let map = world_rest[node as usize] * inverse_bind;
+    if is_invertible(&map) {
+        return map;
+    }
+    let message = "the heaviest joint has no size at rest, so the skin's own bind space is kept; the skin may lie elsewhere than the others in bind pose. Give the joint a scale at rest";
+    warnings.add("bind-space-kept", &skin.place, 1, message);
+    DMat4::IDENTITY
+}
+
+/// Whether an affine map can be undone in f64 and its result kept in f32.
+pub(super) fn is_invertible(map: &DMat4) -> bool {
+    let linear = DMat3::from_mat4(*map);
+    let sizes = linear.x_axis.length() * linear.y_axis.length() * linear.z_axis.length();
+    map.is_finite() && sizes > 1e-30 && sizes < 1e30 && linear.determinant().abs() > 1e-9 * sizes
+}
+
+/// The matrices that vertices follow, without doubles.
+#[derive(Default)]
+pub(super) struct Palette {
+    joints: Vec<(u32, DMat4)>,
+    /// By node, the joints on it.
+    on_node: std::collections::BTreeMap<u32, Vec<u32>>,
+}
+
+impl Palette {
+    /// The palette index of a node and inverse bind matrix. Matrices within 1e-5 of their size count as equal: skins that
+    /// share a skeleton share its joints.
+    pub(super) fn index(&mut self, node: u32, inverse_bind: DMat4) -> u32 {
+        let on_node = self.on_node.entry(node).or_default();
+        let linear = (0..3).map(|c| inverse_bind.col(c).truncate().length()).fold(0.0, f64::max);
+        let shift = inverse_bind.w_axis.truncate().length();
+        let equal = |other: &DMat4| {
+            let off = (0..3).map(|c| (other.col(c) - inverse_bind.col(c)).truncate().length()).fold(0.0, f64::max);
+            let off_shift = (other.w_axis - inverse_bind.w_axis).truncate().length();
+            off <= 1e-5 * linear && off_shift <= 1e-5 * shift.max(linear)
+        };
+        if let Some(index) = on_node.iter().find(|i| equal(&self.joints[**i as usize].1)) {
+            return *index;
+        }
+        let index = self.joints.len() as u32;
+        self.joints.push((node, inverse_bind));
+        on_node.push(index);
+        index
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.joints.len()
+    }
+
+    pub(super) fn nodes(&self) -> impl Iterator<Item = u32> + '_ {
+        self.joints.iter().map(|(node, _)| *node)
+    }
+
+    pub(super) fn into_joints(self) -> Vec<RawJoint> {
+        let joint = |(node, matrix): (u32, DMat4)| RawJoint { node, inverse_bind: matrix.as_mat4().to_cols_array() };
+        self.joints.into_iter().map(joint).collect()
+    }
+}

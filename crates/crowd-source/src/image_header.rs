@@ -1,0 +1,37 @@
+//! What an image is, by its own first bytes: encoding and size, without decoding it.
+
+use std::io::Cursor;
+
+use image::ImageFormat;
+
+use crate::refusal::Asset;
+use crate::{ImageEncoding, RawImage, Result};
+
+/// Checks an encoded image as far as its header.
+pub(crate) fn read_image(asset: Asset<'_>, place: &str, name: String, bytes: Vec<u8>) -> Result<RawImage> {
+    if bytes.starts_with(b"\xabKTX") {
+        return Err(asset.unsupported(place, "a KTX2 image", "convert it to PNG, JPEG or WebP"));
+    }
+    // The file's own word, not its name or declared type: both are wrong often enough.
+    let (format, encoding) = match &bytes[..] {
+        [0x89, b'P', b'N', b'G', ..] => (ImageFormat::Png, ImageEncoding::Png),
+        [0xff, 0xd8, 0xff, ..] => (ImageFormat::Jpeg, ImageEncoding::Jpeg),
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => (ImageFormat::WebP, ImageEncoding::WebP),
+        _ => {
+            return Err(asset.unsupported(
+                place,
+                "an image that is neither PNG, JPEG nor WebP",
+                "convert it to one of these",
+            ));
+        }
+    };
+    let (width, height) = image::ImageReader::with_format(Cursor::new(&bytes), format)
+        .into_dimensions()
+        .map_err(|e| asset.format(place, format!("the image's header does not decode: {e}")))?;
+    let pixels = u64::from(width) * u64::from(height);
+    if pixels == 0 {
+        return Err(asset.format(place, format!("an image of {width}x{height} pixels")));
+    }
+    asset.check_limit(place, "pixels", pixels, asset.limits.image_pixels)?;
+    Ok(RawImage { name, encoding, width, height, bytes })
+}
