@@ -1,0 +1,105 @@
+//! `fixtures/packs/v1` loads and means what it meant, for our reader and for one that knows only `docs/FORMAT.md`.
+
+use crate::independent_reader::{Reader, crc32};
+use crate::tiny_pack;
+use crowd_pack::{AnimationLayout, Pack};
+use std::path::{Path, PathBuf};
+
+const FILES: [(&str, AnimationLayout); 2] = [
+    ("fixtures/packs/v1/tiny.crowdpack", AnimationLayout::Premultiplied3x4),
+    ("fixtures/packs/v1/tiny_split_layout.crowdpack", AnimationLayout::Split4x4),
+];
+
+fn fixture(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
+}
+
+#[test]
+fn the_builder_still_gives_the_committed_bytes() {
+    for (path, layout) in FILES {
+        let bytes = tiny_pack::contents(layout).to_bytes().unwrap();
+        let path = fixture(path);
+        if std::env::var_os("UPDATE_GOLDEN").is_some() {
+            std::fs::write(&path, &bytes).unwrap();
+        }
+        let committed = std::fs::read(&path).unwrap();
+        assert!(committed == bytes, "{}: other bytes; did the format change without its version?", path.display());
+        assert!(bytes.len() < 20_000);
+    }
+}
+
+#[test]
+fn committed_files_load() {
+    for (path, layout) in FILES {
+        let pack = Pack::open(&fixture(path)).unwrap();
+        assert_eq!(*pack.contents(), tiny_pack::contents(layout));
+        assert_eq!((pack.find("flag"), pack.find("tetrahedron"), pack.find("hat")), (Some(0), Some(1), None));
+    }
+}
+
+#[test]
+fn the_crc_of_the_page_is_this_one() {
+    assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
+}
+
+#[test]
+fn the_page_is_enough_to_read_a_pack() {
+    for (path, layout) in FILES {
+        let file = std::fs::read(fixture(path)).unwrap();
+        let pack = Reader::new(&file);
+        check_manifest(&pack);
+        check_meshes(&pack);
+        check_animation(&pack);
+        assert_eq!(pack.image(0), tiny_pack::PNG);
+        assert_eq!(pack.count("inverse_binds") > 0, layout == AnimationLayout::Split4x4);
+    }
+}
+
+fn check_manifest(pack: &Reader<'_>) {
+    let page = include_str!("../../docs/FORMAT.md");
+    let listed: Vec<&str> =
+        pack.section_names().into_iter().filter(|name| page.contains(&format!("| `{name}` |"))).collect();
+    assert_eq!(listed, pack.section_names(), "every section stands in the page's table");
+    assert_eq!(pack.generator, "by hand");
+    let [flag, tetrahedron] = &pack.characters[..] else { panic!("two characters") };
+    assert_eq!((flag.name.as_str(), tetrahedron.name.as_str()), ("flag", "tetrahedron"));
+    assert_eq!(tetrahedron.nodes, [("root".to_owned(), None), ("tip".to_owned(), Some(0))]);
+    assert_eq!(tetrahedron.materials, ["side", "tip"]);
+    // 70,000 takes a varint of five bytes.
+    assert_eq!(tetrahedron.parts, [("body".to_owned(), 0, 70_000, false)]);
+    assert_eq!(flag.parts, [("cloth".to_owned(), 0, 2, true)]);
+    assert_eq!(flag.levels, [(3, 1, 0.5), (4, 2, 0.0)]);
+    assert_eq!(flag.warnings, ["the corner \u{fb02}aps"]);
+    let names: Vec<&str> = tetrahedron.clips.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["sway", "hop"]);
+    let [sway, hop] = [&tetrahedron.clips[0].1[0], &tetrahedron.clips[1].1[0]];
+    assert_eq!((sway.node, sway.property, sway.interpolation), (1, 0, 1));
+    assert_eq!((hop.node, hop.property, hop.interpolation), (0, 0, 2));
+    assert_eq!((sway.times.as_slice(), hop.times.as_slice()), ([0.0, 0.25, 0.5].as_slice(), [0.0, 1.0].as_slice()));
+    assert_eq!(sway.values, [0.0, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(hop.values.len(), 18);
+}
+
+fn check_meshes(pack: &Reader<'_>) {
+    for k in [0, 1, 3] {
+        assert_eq!(pack.reform(0, k), [[0, 1, 2]]);
+    }
+    assert_eq!(pack.reform(0, 4), [[0, 1, 2], [1, 3, 2]]);
+    assert_eq!(pack.reform(1, 4), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]);
+    assert_eq!(pack.reform(1, 99).len(), 6);
+    assert_eq!(pack.normal(0, 0), [0.0, 0.0, 1.0]);
+    assert_eq!(pack.normal(1, 3), [0.0, 1.0, 0.0]);
+    let tilted = pack.normal(1, 4);
+    let wanted = [2.0, 1.0, -1.0].map(|c: f32| c / 6.0_f32.sqrt());
+    assert!((0..3).all(|i| (tilted[i] - wanted[i]).abs() < 1e-4), "{tilted:?}");
+}
+
+fn check_animation(pack: &Reader<'_>) {
+    assert_eq!(pack.matrix(1, 0, 1, 1)[0], [1.0, 0.0, 0.0, 0.25]);
+    assert_eq!(pack.matrix(1, 1, 1, 0)[2], [0.0, 0.0, 1.0, 2.0]);
+    // The apex follows the tip alone, the middle of the edge both joints by halves, the foot the root alone.
+    assert_eq!(pack.skin(1, 3, 0, 1), [0.25, 1.0, 0.0]);
+    let middle = pack.skin(1, 4, 0, 1);
+    assert!((middle[0] - 0.375).abs() < 1e-5 && (middle[1] - 0.5).abs() < 1e-5, "{middle:?}");
+    assert_eq!(pack.skin(1, 0, 0, 1), [0.0, 0.0, 0.5]);
+}

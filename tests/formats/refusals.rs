@@ -1,0 +1,119 @@
+//! One broken rule at a time: each is refused, on writing as on reading, with a message that names the place.
+
+use crate::tiny_pack;
+use crowd_pack::{AnimationLayout, Error, NONE, PackContents};
+
+type Break = fn(&mut PackContents);
+
+/// How to break a rule, and what the message has to say.
+const BROKEN: &[(&str, Break)] = &[
+    ("character 0: vertices: offset", |p| p.characters[0].vertex_offset = 1),
+    ("character 1: vertices: offset", |p| p.characters[1].vertex_offset = 3),
+    ("character 1: vertices: elements", |p| p.characters[1].vertex_count = 6),
+    ("section vertices: elements", |p| {
+        p.vertices.push(p.vertices[8]);
+        p.collapse_map.push(0);
+    }),
+    ("character 1: triangles: offset", |p| p.characters[1].triangle_offset = 0),
+    ("character 1: LOD table: offset", |p| p.characters[1].lod_offset = 0),
+    ("character 1: clips: offset", |p| p.characters[1].clip_offset = 0),
+    ("character 1: materials: elements", |p| p.characters[1].material_count = 3),
+    ("character 0: vertex count", |p| p.characters[0].vertex_count = 0),
+    ("character 0: joint count", |p| p.characters[0].joint_count = 0),
+    ("character 0: joint count", |p| p.characters[0].joint_count = 1_000_000),
+    ("character 0: clip count", |p| p.characters[0].clip_count = 0),
+    ("character 0: coarsest vertex count", |p| p.characters[0].min_vertex_count = 5),
+    ("character 0: coarsest triangle count", |p| p.characters[0].min_triangle_count = 3),
+    ("character 0: sphere", |p| p.characters[0].sphere[3] = -1.0),
+    ("character 0: box", |p| p.characters[0].box_min[1] = 9.0),
+    ("character 0: height", |p| p.characters[0].height_m = f32::NAN),
+    ("character 1: vertex 2: position", |p| p.vertices[6].position[1] = f32::INFINITY),
+    ("character 1: vertex 2: texture coordinates", |p| p.vertices[6].uv[0] = f32::NAN),
+    ("character 1: vertex 2: material", |p| p.vertices[6].material_class = 2),
+    ("character 1: vertex 2: class", |p| p.vertices[6].material_class = 3 << 16),
+    ("character 1: vertex 2: joints", |p| p.vertices[6].joints = [0, 2 << 16]),
+    ("character 1: vertex 2: sum of weights", |p| p.vertices[6].weights[1] = 1),
+    ("character 1: triangle 5", |p| p.triangles[7][2] = 5),
+    ("character 1: collapse map of vertex 4", |p| p.collapse_map[8] = 4),
+    ("character 1: collapse map of vertex 2", |p| p.collapse_map[6] = 3),
+    ("section collapse_map: elements", |p| p.collapse_map.push(0)),
+    ("character 0: LOD table entry 2", |p| p.lods[2].vertex_count = 4),
+    ("character 0: LOD table entry 2", |p| p.lods[2].vertex_count = 2),
+    ("character 0: LOD table entry 2", |p| p.lods[2].triangle_count = 2),
+    ("character 0: last LOD table entry", |p| p.lods[4] = p.lods[3]),
+    ("character 1: clip 1: frames", |p| p.clips[2].frame_count = 0),
+    ("character 1: clip 1: texels: offset", |p| p.clips[2].texel_offset += 1),
+    ("character 1: clip 1: texels: elements", |p| p.clips[2].frame_count = u32::MAX),
+    ("character 1: clip 1: texel 11", |p| p.animation.last_mut().unwrap()[3] = f32::NAN),
+    ("character 1: clip 0: duration", |p| p.clips[1].duration_s = -1.0),
+    ("character 1: clip 0: sphere", |p| p.clips[1].sphere[0] = f32::NAN),
+    ("section animation: elements", |p| p.animation.push([0.0; 4])),
+    ("section inverse_binds: elements", |p| p.inverse_binds.push([0.0; 4])),
+    ("character 1: inverse bind matrices", |p| p.characters[1].inverse_bind_offset = 4),
+    ("character 0: material 0: image", |p| p.materials[0].image = 1),
+    ("character 0: material 0: flags", |p| p.materials[0].flags = 1 << 31),
+    ("character 0: material 0: flags", |p| p.materials[0].flags = 3 << 4),
+    ("character 0: material 0: alpha cutoff", |p| p.materials[0].alpha_cutoff = f32::NAN),
+    ("character 0: material 0: reserved", |p| p.materials[0].reserved = 1),
+    ("image 0: byte offset", |p| p.images[0].byte_offset = 64),
+    ("image 0: bytes", |p| p.images[0].byte_count = u64::MAX),
+    ("image 0: width", |p| p.images[0].width = 0),
+    ("image 0: encoding", |p| p.images[0].encoding = 3),
+    ("section image_bytes: bytes", |p| p.image_bytes.push(0)),
+    ("section image_bytes: end", |p| p.image_bytes.resize(128, 1)),
+    ("manifest: characters", |p| p.manifest.characters.truncate(1)),
+    ("character 1 `flag`: name", |p| p.manifest.characters[1].name = "flag".to_owned()),
+    ("character 0 ``: name", |p| p.manifest.characters[0].name = String::new()),
+    ("`flag`: joints", |p| p.manifest.characters[0].joints.clear()),
+    ("`flag`: clips", |p| p.manifest.characters[0].clips.clear()),
+    ("`flag`: materials", |p| p.manifest.characters[0].materials.clear()),
+    ("`flag`: frames a second", |p| p.manifest.characters[0].fps = f32::NAN),
+    ("`flag`: part 0: material", |p| p.manifest.characters[0].parts[0].material = 1),
+    ("`tetrahedron`: node 1: parent", |p| p.manifest.characters[1].nodes[1].parent = Some(1)),
+    ("`tetrahedron`: node 1: transform", |p| p.manifest.characters[1].nodes[1].rotation[2] = f32::NAN),
+    ("`tetrahedron`: joint 1: node", |p| p.manifest.characters[1].joints[1].node = 2),
+    ("`tetrahedron`: joint 1: inverse bind", |p| p.manifest.characters[1].joints[1].inverse_bind[9] = f32::NAN),
+    ("`tetrahedron`: clip 1: name", |p| p.manifest.characters[1].clips[1].name = "sway".to_owned()),
+    ("track 0: node", |p| p.manifest.characters[1].clips[0].tracks[0].node = 2),
+    ("track 0: property", |p| p.manifest.characters[1].clips[0].tracks[0].property = 3),
+    ("track 0: interpolation", |p| p.manifest.characters[1].clips[0].tracks[0].interpolation = 3),
+    ("track 0: keys", |p| p.manifest.characters[1].clips[0].tracks[0].key_count = 0),
+    ("track 0: values", |p| p.manifest.characters[1].clips[0].tracks[0].property = 1),
+    ("track 0: values", |p| p.manifest.characters[1].clips[0].tracks[0].value_offset = u32::MAX),
+    ("track 0: times", |p| p.manifest.characters[1].clips[0].tracks[0].time_offset = 1_000),
+    ("track 0: times", |p| p.track_values[1] = 0.0),
+    ("track 0: values", |p| p.track_values[3] = f32::NAN),
+    ("`flag`: level 0", |p| p.manifest.characters[0].levels[0].triangle_count = 2),
+    ("`flag`: level 1", |p| p.manifest.characters[0].levels[1] = p.manifest.characters[0].levels[0]),
+    ("`flag`: level 0: error", |p| p.manifest.characters[0].levels[0].error_m = f32::NAN),
+    ("`tetrahedron`: measured level 0", |p| p.manifest.characters[1].measured[0].max_clip = u32::MAX),
+    ("`tetrahedron`: measured level 0", |p| p.manifest.characters[1].measured[0].max_frame = 3),
+    ("`tetrahedron`: measured level 0: distance", |p| p.manifest.characters[1].measured[0].rms_m = f32::NAN),
+];
+
+#[test]
+fn each_broken_rule_is_named() {
+    for (number, (place, break_rule)) in BROKEN.iter().enumerate() {
+        let mut contents = tiny_pack::contents(AnimationLayout::Premultiplied3x4);
+        break_rule(&mut contents);
+        let error = contents.to_bytes().err().unwrap_or_else(|| panic!("rule {number}, {place}: accepted"));
+        let message = error.to_string();
+        assert!(message.contains(place), "rule {number}: {message}, wanted {place}");
+        assert!(message.contains("found") && message.contains("allowed"), "{message}");
+    }
+}
+
+#[test]
+fn too_much_is_a_limit_and_not_damage() {
+    let mut contents = tiny_pack::contents(AnimationLayout::Premultiplied3x4);
+    contents.characters[0].joint_count = 5_000;
+    let error = contents.to_bytes().unwrap_err();
+    assert!(matches!(error, Error::Limit { found: 5_000, allowed: 4_096, .. }), "{error}");
+}
+
+#[test]
+fn no_image_is_allowed() {
+    let mut contents = tiny_pack::contents(AnimationLayout::Premultiplied3x4);
+    contents.materials[0].image = NONE;
+    assert!(contents.to_bytes().is_ok());
+}
