@@ -25,7 +25,7 @@ mod topology;
 mod types;
 mod validate;
 
-pub use measure::measure_level;
+pub use measure::{measure_level, measured_frames};
 pub use reform::reform;
 pub use types::*;
 

@@ -27,6 +27,13 @@ pub fn measure_level(
     measure_frames(&vertices, triangles, &[level_triangles], poses, &frames, samples_per_frame)[0]
 }
 
+/// Frames, rising, that [`crate::simplify`] measures its levels on: all, or `limit` drawn evenly along the weights.
+///
+/// Whoever measures a level again on these frames gets the same numbers.
+pub fn measured_frames(frame_weights: &[f32], limit: u32) -> Vec<usize> {
+    choose_frames(frame_weights, limit as usize).into_iter().map(|(frame, _)| frame).collect()
+}
+
 /// Measures some levels of an order, spread evenly in log(triangles), coarsest first.
 pub(crate) fn measure_levels(
     mesh: &LodMesh<'_>,
@@ -52,8 +59,7 @@ pub(crate) fn measure_levels(
         })
         .collect();
     let sides: Vec<&[[u32; 3]]> = reformed.iter().map(Vec::as_slice).collect();
-    let drawn = choose_frames(poses.frame_weights, options.measured_frames as usize);
-    let frames: Vec<usize> = drawn.into_iter().map(|(frame, _)| frame).collect();
+    let frames = measured_frames(poses.frame_weights, options.measured_frames);
     let errors = measure_frames(&vertices, &order.triangles, &sides, poses, &frames, options.samples_per_frame);
     let measured = |(&i, error): (&usize, MeasuredError)| {
         let level = order.levels[i];
