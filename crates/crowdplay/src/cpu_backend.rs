@@ -4,7 +4,7 @@ use crate::crowd::Crowd;
 use crate::picture::Picture;
 use crowd_pack::{CharacterRecord, MaterialRecord, NONE, VertexRecord, material_flags};
 use crowd_raster::{Batch, Fill, Material, Mip, Target, Texture, View, Wrap};
-use crowd_stages::{CrowdData, FrameConfig, FrameTotals, InstanceRecord, LodChoice, Technique, cpu};
+use crowd_stages::{CrowdData, FrameConfig, FrameTotals, InstanceRecord, LodChoice, Technique, cpu, overflow};
 use glam::{Mat4, Vec3};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -51,7 +51,7 @@ impl CpuBackend {
         let start = Instant::now();
         let mut frame = cpu::run_selection(&crowd.data, &crowd.instances, config);
         if technique == Technique::PseudoInstancing {
-            select_everything(&crowd.data, &crowd.instances, &mut frame);
+            select_everything(&crowd.data, &crowd.instances, config.budget, &mut frame);
         }
         let selected = Instant::now();
         let view = View {
@@ -92,7 +92,7 @@ impl CpuBackend {
 }
 
 /// Pseudo-instancing: every instance at full detail, nothing culled.
-fn select_everything(data: &CrowdData, instances: &[InstanceRecord], frame: &mut cpu::CpuFrame) {
+fn select_everything(data: &CrowdData, instances: &[InstanceRecord], budget: u32, frame: &mut cpu::CpuFrame) {
     let mut totals = FrameTotals { visible_count: instances.len() as u32, ..Default::default() };
     for (one, choice) in instances.iter().zip(&mut frame.choices) {
         let character = &data.characters[one.character as usize];
@@ -103,6 +103,9 @@ fn select_everything(data: &CrowdData, instances: &[InstanceRecord], frame: &mut
         totals.triangle_count = totals.triangle_count.saturating_add(full.triangle_count);
         totals.min_vertex_count = totals.min_vertex_count.saturating_add(character.min_vertex_count);
     }
+    totals.needed_vertices = totals.vertex_count;
+    totals.needed_triangles = totals.triangle_count;
+    totals.overflow = if totals.min_vertex_count > budget { overflow::BUDGET } else { 0 };
     frame.totals = totals;
 }
 

@@ -68,18 +68,15 @@ pub fn renderer_options(
     largest_budget: u32,
 ) -> RendererOptions {
     let needs = Needs::of(&crowd.data, &crowd.instances, largest_budget);
-    let limits = device.limits();
-    let binding_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    // A vertex list entry is at most eight bytes, a triangle three indices.
-    let vertices_allowed = (binding_bytes / 8).min(u64::from(u32::MAX / 2));
-    let triangles_allowed = (binding_bytes / 12).min(u64::from(u32::MAX / 4));
-    RendererOptions {
+    let held = |count: u64| u32::try_from(count).unwrap_or(u32::MAX).max(1);
+    let options = RendererOptions {
         max_instances: crowd.instances.len() as u32,
-        max_vertices: needs.vertices.clamp(1, vertices_allowed) as u32,
-        max_triangles: needs.triangles.clamp(1, triangles_allowed) as u32,
+        max_vertices: held(needs.vertices),
+        max_triangles: held(needs.triangles),
         color_format,
         sample_count,
-    }
+    };
+    options.clamped_to(&device.limits())
 }
 
 /// Upper bounds of what a frame may select.

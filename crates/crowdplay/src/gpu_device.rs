@@ -88,7 +88,7 @@ pub fn open(instance: &wgpu::Instance, plan: &MachinePlan, surface: Option<&wgpu
     let info = adapter.get_info();
     let request = adapter.request_device(&wgpu::DeviceDescriptor {
         label: Some("crowdplay"),
-        required_features: wanted_features() & adapter.features(),
+        required_features: crowd_stages::gpu::wanted_features() & adapter.features(),
         required_limits: adapter.limits(),
         experimental_features: wgpu::ExperimentalFeatures::disabled(),
         memory_hints: wgpu::MemoryHints::Performance,
@@ -97,12 +97,4 @@ pub fn open(instance: &wgpu::Instance, plan: &MachinePlan, surface: Option<&wgpu
     let (device, queue) = pollster::block_on(request)
         .map_err(|e| Error::Machine { what: format!("{}: no device: {e}", info.name), remedy: REMEDY })?;
     Ok(Gpu { adapter, device, queue, info })
-}
-
-/// Used where offered: times of the stages.
-fn wanted_features() -> wgpu::Features {
-    wgpu::Features::TIMESTAMP_QUERY
-        | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
-        | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES
-        | wgpu::Features::INDIRECT_FIRST_INSTANCE
 }

@@ -82,6 +82,9 @@ fn follow(args: &cli::Args, stdout: &mut dyn Write, stderr: &mut dyn Write) -> R
         return list_adapters(stdout, &mut talk);
     }
     let plan = plan::plan(args)?;
+    if matches!(plan.show, plan::Show::Window { .. }) {
+        window::expect_display()?;
+    }
     let aspect = plan.size[0] as f32 / plan.size[1] as f32;
     let crowd = crowd::gather(&crowd::open_pack(&plan.pack)?, &plan.crowd, aspect)?;
     for remark in &crowd.remarks {

@@ -36,10 +36,6 @@ const REMEDY: &str = "use --headless --out picture.png to draw without a window"
 /// [`Error::Machine`] without a display, or without a GPU that can draw to it.
 pub fn show(plan: &Plan, frames: Option<u32>, crowd: Crowd, talk: &mut Talk<'_>) -> Result<Report> {
     let viewer = Viewer::open(&plan.camera, &crowd)?;
-    if !has_display() {
-        let what = "no display: neither DISPLAY nor WAYLAND_DISPLAY is set".to_owned();
-        return Err(Error::Machine { what, remedy: REMEDY });
-    }
     let no_window =
         |e: winit::error::EventLoopError| Error::Machine { what: format!("no window: {e}"), remedy: REMEDY };
     let event_loop = EventLoop::new().map_err(no_window)?;
@@ -54,6 +50,15 @@ pub fn show(plan: &Plan, frames: Option<u32>, crowd: Crowd, talk: &mut Talk<'_>)
         remedy: REMEDY,
     })?;
     Ok(running.into_report(plan, &app.crowd))
+}
+
+/// Finds out early, before a pack is read, that there is no display.
+///
+/// # Errors
+/// [`Error::Machine`] with the way to do without.
+pub fn expect_display() -> Result<()> {
+    let what = "no display: neither DISPLAY nor WAYLAND_DISPLAY is set".to_owned();
+    if has_display() { Ok(()) } else { Err(Error::Machine { what, remedy: REMEDY }) }
 }
 
 /// Elsewhere than on X11 and Wayland there always is one.

@@ -1,0 +1,83 @@
+//! The player as a person or a script meets it: words in; pictures, reports, exit codes and talk out.
+
+mod compare;
+mod figures;
+mod pictures;
+mod words;
+
+use std::path::{Path, PathBuf};
+
+/// What a run came to.
+pub struct Ran {
+    pub code: u8,
+    pub stdout: Vec<u8>,
+    pub stderr: String,
+}
+
+/// Runs the player in this process.
+pub fn crowdplay(words: &[&str]) -> Ran {
+    let (mut stdout, mut stderr) = (Vec::new(), Vec::new());
+    let words: Vec<&str> = std::iter::once("crowdplay").chain(words.iter().copied()).collect();
+    let code = crowdplay::run(words, &mut stdout, &mut stderr);
+    Ran { code, stdout, stderr: String::from_utf8(stderr).expect("the player talks in UTF-8") }
+}
+
+/// A folder of its own with a pack of two posts in it.
+pub struct Scene {
+    folder: tempfile::TempDir,
+}
+
+impl Scene {
+    pub fn new() -> Self {
+        let folder = tempfile::tempdir().expect("there is a temporary folder");
+        figures::write_pack(&folder.path().join("posts.crowdpack"), &figures::TWO_POSTS);
+        Self { folder }
+    }
+
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    pub fn pack(&self) -> String {
+        self.path("posts.crowdpack")
+    }
+
+    pub fn path(&self, name: &str) -> String {
+        self.file(name).to_str().expect("temporary folders have plain names").to_owned()
+    }
+
+    /// Names of the files, sorted.
+    pub fn files(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.folder()).expect("the folder is there");
+        let mut names: Vec<String> =
+            entries.map(|e| e.expect("readable").file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    /// Runs `posts.crowdpack --headless` with more words; it must succeed.
+    pub fn render(&self, words: &[&str]) -> Ran {
+        let pack = self.pack();
+        let all: Vec<&str> = [pack.as_str(), "--headless"].into_iter().chain(words.iter().copied()).collect();
+        let ran = crowdplay(&all);
+        assert_eq!(ran.code, 0, "{all:?}: {}", ran.stderr);
+        ran
+    }
+
+    /// The report of such a run.
+    pub fn report(&self, words: &[&str]) -> serde_json::Value {
+        let words: Vec<&str> = words.iter().copied().chain(["--report", "-"]).collect();
+        serde_json::from_slice(&self.render(&words).stdout).expect("standard output is the report and nothing else")
+    }
+
+    /// The picture of such a run, one sample a pixel.
+    pub fn picture(&self, words: &[&str]) -> image::RgbImage {
+        let words: Vec<&str> = words.iter().copied().chain(["--msaa", "1", "--out", "-"]).collect();
+        let png = self.render(&words).stdout;
+        image::load_from_memory(&png).expect("standard output is a PNG and nothing else").to_rgb8()
+    }
+}

@@ -1,0 +1,192 @@
+//! Words, exit codes, files left behind, and the report's shape.
+
+use crate::{Scene, crowdplay, figures};
+
+const TINY: [&str; 6] = ["--size", "32x18", "--count", "4", "--backend", "cpu"];
+
+#[test]
+fn help_version_and_completions_are_data() {
+    for words in [&["--help"][..], &["--version"], &["--completions", "bash"], &["--completions", "fish"]] {
+        let ran = crowdplay(words);
+        assert_eq!((ran.code, ran.stderr.as_str()), (0, ""), "{words:?}");
+        assert!(String::from_utf8_lossy(&ran.stdout).contains("crowdplay"), "{words:?}");
+    }
+    let help = String::from_utf8(crowdplay(&["--help"]).stdout).unwrap();
+    for taught in ["Examples:", "Exit codes:", "--headless", "--list-adapters"] {
+        assert!(help.contains(taught), "{taught}");
+    }
+}
+
+#[test]
+fn wrong_words_are_usage_errors() {
+    let scene = Scene::new();
+    let pack = scene.pack();
+    let table: &[&[&str]] = &[
+        &[],
+        &[&pack, "--count", "0"],
+        &[&pack, "--headless", "--frames", "0"],
+        &[&pack, "--headless", "--size", "0x0"],
+        &[&pack, "--headless", "--characters", "Nobody"],
+        &[&pack, "--headless", "--clips", "fly"],
+        &[&pack, "--headless", "--layout", "circle"],
+        &[&pack, "--headless", "--out", "-", "--report", "-"],
+        &[&pack, "--unknown"],
+    ];
+    for words in table {
+        let ran = crowdplay(words);
+        assert_eq!(ran.code, 2, "{words:?}: {}", ran.stderr);
+        assert!(ran.stdout.is_empty() && !ran.stderr.is_empty(), "{words:?}");
+    }
+    assert_eq!(scene.files(), ["posts.crowdpack"]);
+}
+
+#[test]
+fn unknown_names_are_answered_with_the_known_ones() {
+    let scene = Scene::new();
+    let ran = crowdplay(&[&scene.pack(), "--headless", "--characters", "Nobody"]);
+    assert!(ran.stderr.contains("Nobody") && ran.stderr.contains("Ada, Bruno"), "{}", ran.stderr);
+    let ran = crowdplay(&[&scene.pack(), "--headless", "--clips", "fly"]);
+    assert!(ran.stderr.contains("fly") && ran.stderr.contains("Sway"), "{}", ran.stderr);
+}
+
+#[test]
+fn a_missing_or_damaged_pack_is_refused() {
+    let scene = Scene::new();
+    let good = std::fs::read(scene.pack()).unwrap();
+    let mut flipped = good.clone();
+    let middle = flipped.len() / 2;
+    flipped[middle] ^= 0x10;
+    std::fs::write(scene.file("flipped.crowdpack"), flipped).unwrap();
+    std::fs::write(scene.file("short.crowdpack"), &good[..good.len() / 2]).unwrap();
+    std::fs::write(scene.file("text.crowdpack"), "not a pack").unwrap();
+    for name in ["missing.crowdpack", "flipped.crowdpack", "short.crowdpack", "text.crowdpack"] {
+        let out = scene.path("never.png");
+        let ran = crowdplay(&[&scene.path(name), "--headless", "--backend", "cpu", "--out", &out]);
+        assert_eq!(ran.code, 1, "{name}: {}", ran.stderr);
+        assert!(ran.stderr.contains(name), "{}", ran.stderr);
+        assert!(!scene.file("never.png").exists());
+    }
+}
+
+#[test]
+fn a_pack_whose_image_does_not_decode_is_refused() {
+    let scene = Scene::new();
+    let mut contents = figures::contents(&figures::TWO_POSTS);
+    contents.image_bytes[20..40].fill(0);
+    contents.write(&scene.file("image.crowdpack")).expect("the pack itself is well formed");
+    let ran = crowdplay(&[&scene.path("image.crowdpack"), "--headless", "--backend", "cpu"]);
+    assert_eq!(ran.code, 1, "{}", ran.stderr);
+    assert!(ran.stderr.contains("image 0"), "{}", ran.stderr);
+}
+
+#[test]
+fn wrong_layouts_and_camera_paths_are_refused_with_their_line() {
+    let scene = Scene::new();
+    std::fs::write(scene.file("wrong.txt"), "# crowd layout v1\n0 0 0 0 1 9 0 0\n").unwrap();
+    std::fs::write(scene.file("empty.txt"), "# crowd layout v1\n").unwrap();
+    let (wrong, empty, missing) = (scene.path("wrong.txt"), scene.path("empty.txt"), scene.path("missing.txt"));
+    let table = [
+        (["--layout", wrong.as_str()], "line 2"),
+        (["--layout", empty.as_str()], "nobody"),
+        (["--layout", missing.as_str()], "missing.txt"),
+        (["--camera-path", wrong.as_str()], "line 1"),
+        (["--camera-path", missing.as_str()], "missing.txt"),
+    ];
+    for (words, evidence) in table {
+        let ran = crowdplay(&[&scene.pack(), "--headless", "--backend", "cpu", words[0], words[1]]);
+        assert_eq!(ran.code, 1, "{words:?}: {}", ran.stderr);
+        assert!(ran.stderr.contains(evidence), "{words:?}: {}", ran.stderr);
+    }
+}
+
+#[test]
+fn output_that_cannot_be_written_is_code_3_and_leaves_nothing() {
+    let scene = Scene::new();
+    let lost = scene.path("no/such/folder/out");
+    for option in ["--out", "--report"] {
+        let words = [&[scene.pack().as_str(), "--headless", option, &lost][..], &TINY].concat();
+        let ran = crowdplay(&words);
+        assert_eq!(ran.code, 3, "{option}: {}", ran.stderr);
+        assert!(ran.stderr.contains(&lost), "{}", ran.stderr);
+    }
+    assert_eq!(scene.files(), ["posts.crowdpack"]);
+}
+
+#[test]
+fn a_gpu_that_is_not_there_is_code_5() {
+    let scene = Scene::new();
+    let ran = crowdplay(&[&scene.pack(), "--headless", "--adapter", "no such graphics card"]);
+    assert_eq!(ran.code, 5, "{}", ran.stderr);
+    assert!(ran.stderr.contains("no such graphics card") && ran.stderr.contains("--backend cpu"), "{}", ran.stderr);
+}
+
+#[test]
+fn the_report_has_its_shape() {
+    let scene = Scene::new();
+    let out = scene.path("last.png");
+    let words = ["--frames", "4", "--dt", "0.25", "--start", "1", "--out", &out, "--seed", "9"];
+    let report = scene.report(&[&words[..], &TINY].concat());
+    assert_eq!(report["schema_version"], 1);
+    assert_eq!(report["backend"], "cpu");
+    assert_eq!(report["pack"], "posts.crowdpack");
+    assert_eq!(report["size"], serde_json::json!([32, 18]));
+    assert_eq!(report["technique"], "reform");
+    assert_eq!(report["weight"], "area");
+    assert_eq!(report["alpha"], 3.0);
+    assert_eq!(report["budget"], 300_000);
+    assert_eq!(report["crowd"]["instances"], 4);
+    assert_eq!(report["crowd"]["seed"], 9);
+    assert_eq!(report["crowd"]["vertices_full"], 4 * 17 * 13);
+    assert_eq!(report["crowd"]["clips"], serde_json::json!(["Ada/Idle", "Ada/Sway", "Bruno/Idle", "Bruno/Sway"]));
+    assert_eq!(report["pictures"], serde_json::json!([out]));
+    assert_eq!(report["adapter"]["name"], "crowd-raster");
+    let frames = report["frames"].as_array().expect("a list");
+    let times: Vec<f64> = frames.iter().map(|f| f["time_s"].as_f64().expect("seconds")).collect();
+    assert_eq!(times, [1.0, 1.25, 1.5, 1.75]);
+    for frame in frames {
+        assert_eq!(frame["visible"], 4);
+        assert!(frame["triangles"].as_u64().expect("a count") > 0);
+        assert!(frame["frame_ms"].as_f64().expect("a time") > 0.0);
+    }
+    assert_eq!(report["timings"]["frames"], 3);
+    let spread = &report["timings"]["frame_ms"];
+    assert!(spread["median"].as_f64() <= spread["p95"].as_f64());
+    assert!(report["timings"]["stages_ms"]["pose_and_draw"]["median"].is_number());
+    assert_eq!(scene.files(), ["last.png", "posts.crowdpack"]);
+}
+
+#[test]
+fn sequences_are_numbered_from_zero() {
+    let scene = Scene::new();
+    let out = scene.path("film-%03d.png");
+    scene.render(&[&["--frames", "3", "--out", &out][..], &TINY].concat());
+    assert_eq!(scene.files(), ["film-000.png", "film-001.png", "film-002.png", "posts.crowdpack"]);
+}
+
+#[test]
+fn quiet_is_quiet() {
+    let scene = Scene::new();
+    assert_eq!(scene.render(&[&["--quiet"][..], &TINY].concat()).stderr, "");
+    assert!(scene.render(&TINY).stderr.contains("4 instances"));
+}
+
+#[test]
+fn characters_and_clips_are_chosen_by_name() {
+    let scene = Scene::new();
+    let report = scene.report(&[&["--characters", "bruno", "--clips", "SWAY"][..], &TINY].concat());
+    assert_eq!(report["crowd"]["characters"], serde_json::json!(["Bruno"]));
+    assert_eq!(report["crowd"]["clips"], serde_json::json!(["Bruno/Sway"]));
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: needs an adapter")]
+fn adapters_are_listed_one_a_line_and_named_in_the_report() {
+    let ran = crowdplay(&["--list-adapters"]);
+    let list = String::from_utf8(ran.stdout).unwrap();
+    let first = list.lines().next().expect("there is an adapter, or this test is opted out of");
+    let fields: Vec<&str> = first.split('\t').collect();
+    assert_eq!((ran.code, fields.len()), (0, 4), "{list}");
+    let scene = Scene::new();
+    let words = ["--size", "32x18", "--count", "4", "--backend", "gpu", "--adapter", fields[0]];
+    assert_eq!(scene.report(&words)["adapter"]["name"], fields[0]);
+}
