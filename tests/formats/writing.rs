@@ -80,3 +80,15 @@ fn a_new_pack_has_the_permissions_of_any_new_file() {
     let mode = |path| fs::metadata(path).unwrap().permissions().mode();
     assert_eq!(mode(&pack), mode(&plain));
 }
+
+#[cfg(unix)]
+#[test]
+fn a_link_stays_a_link() {
+    let folder = tempfile::tempdir().unwrap();
+    let (real, link) = (folder.path().join("real.crowdpack"), folder.path().join("link.crowdpack"));
+    fs::write(&real, "old").unwrap();
+    std::os::unix::fs::symlink(&real, &link).unwrap();
+    tiny_pack::contents(AnimationLayout::Premultiplied3x4).write(&link).unwrap();
+    assert!(link.is_symlink() && !real.is_symlink());
+    assert!(Pack::open(&real).is_ok());
+}

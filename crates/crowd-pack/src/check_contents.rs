@@ -143,7 +143,7 @@ fn check_character(contents: &PackContents, index: usize, covered: &mut Covered)
     for (number, triangle) in contents.triangles[triangles].iter().enumerate() {
         let fits = triangle.iter().all(|&corner| corner < character.vertex_count);
         let allowed = || format!("indices below {}", character.vertex_count);
-        expect(fits, || place(&format!("triangle {number}")), format!("{triangle:?}"), allowed)?;
+        expect(fits, || place(&format!("triangle {number}")), format_args!("{triangle:?}"), allowed)?;
     }
     for (vertex, &target) in contents.collapse_map[vertices].iter().enumerate() {
         let stays = target as usize == vertex && vertex < character.min_vertex_count as usize;
@@ -204,7 +204,7 @@ fn check_vertices(
         let joints = vertex.joint_indices();
         let fits = joints.iter().all(|&joint| u32::from(joint) < character.joint_count);
         let allowed = || format!("below {}", character.joint_count);
-        expect(fits, || here("joints"), format!("{joints:?}"), allowed)?;
+        expect(fits, || here("joints"), format_args!("{joints:?}"), allowed)?;
         let sum: u32 = vertex.weights_unorm16().iter().map(|&weight| u32::from(weight)).sum();
         expect(sum == 65_535, || here("sum of weights"), sum, || "65535".to_owned())?;
     }
@@ -222,10 +222,10 @@ fn check_lods(character: &CharacterRecord, lods: &[LodRecord], place: &dyn Fn(&s
         let same_level = lod.vertex_count != last.vertex_count || lod.triangle_count == last.triangle_count;
         let allowed = || format!("at least {last:?}, at most {most} vertices, one triangle count a vertex count");
         let fits = monotone && same_level && lod.vertex_count <= most;
-        expect(fits, || place(&format!("LOD table entry {k}")), format!("{lod:?}"), allowed)?;
+        expect(fits, || place(&format!("LOD table entry {k}")), format_args!("{lod:?}"), allowed)?;
         last = lod;
     }
-    expect(last == full, || place("last LOD table entry"), format!("{last:?}"), || format!("{full:?}"))
+    expect(last == full, || place("last LOD table entry"), format_args!("{last:?}"), || format!("{full:?}"))
 }
 
 fn check_clips(
@@ -289,7 +289,7 @@ fn check_materials(contents: &PackContents, materials: Range<usize>, place: &dyn
         let flags = material.flags;
         let wraps = [(flags >> WRAP_U_SHIFT) & WRAP_MASK, (flags >> WRAP_V_SHIFT) & WRAP_MASK];
         let fits = flags & !known == 0 && wraps.iter().all(|&wrap| wrap <= 2);
-        expect(fits, || here("flags"), format!("{flags:#x}"), || format!("bits of {known:#x}, wraps at most 2"))?;
+        expect(fits, || here("flags"), format_args!("{flags:#x}"), || format!("bits of {known:#x}, wraps at most 2"))?;
         let cutoff = material.alpha_cutoff;
         expect(
             cutoff.is_finite() && cutoff >= 0.0,

@@ -149,7 +149,7 @@ fn check_levels(
     for (number, level) in character.levels.iter().enumerate() {
         let fits = is_level(level.vertex_count, level.triangle_count) && level.vertex_count > last;
         let allowed = || "rising levels of the LOD table".to_owned();
-        expect(fits, || here(&format!("level {number}")), format!("{level:?}"), allowed)?;
+        expect(fits, || here(&format!("level {number}")), format_args!("{level:?}"), allowed)?;
         expect_finite(&[level.error_m], || here(&format!("level {number}: error")))?;
         last = level.vertex_count;
     }
@@ -159,7 +159,7 @@ fn check_levels(
         let in_clip = clip.is_some_and(|clip| level.max_frame < clip.frame_count);
         let fits = is_level(level.vertex_count, level.triangle_count) && in_clip;
         let allowed = || "a level of the LOD table, a clip and a frame of the character".to_owned();
-        expect(fits, || here(&format!("measured level {number}")), format!("{level:?}"), allowed)?;
+        expect(fits, || here(&format!("measured level {number}")), format_args!("{level:?}"), allowed)?;
         expect_finite(&[level.rms_m, level.max_m], || here(&format!("measured level {number}: distance")))?;
     }
     Ok(())

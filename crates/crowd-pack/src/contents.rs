@@ -42,8 +42,19 @@ pub struct WriteReport {
     pub sections: Vec<(String, u64)>,
 }
 
-/// A pack that passed every check; the slices can be trusted (indices in range, tables monotone, collapse targets below
-/// their vertices, finite numbers, images within their section).
+/// A pack that passed every check, so that its users need none.
+///
+/// - Characters cover `vertices`, `triangles`, `lods`, `clips` and `materials` exactly and in order, their clips
+///   `animation`, and in the split layout their joints `inverse_binds`.
+/// - Triangle corners are below `vertex_count`; materials, joints and classes of vertices exist; weights sum to 65535.
+/// - `collapse_map[v] < v`, or `v` itself below `min_vertex_count`: looking an index up ends.
+/// - LOD tables are monotone, from the coarsest level to full detail, with at most `max(k, min_vertex_count)` vertices.
+/// - Images lie within `image_bytes` at multiples of 64; materials name existing images. Images are not decoded.
+/// - The manifest has as many joints, clips and materials as the records; parents come before children; tracks lie within
+///   `track_values` and have rising times; character names are unique, clip names within their character.
+/// - Every number is finite and every count within [`crate::limits`].
+///
+/// Not checked: that no level has degenerate triangles, and that the errors are what they say (`crowdbake verify` does).
 #[derive(Debug)]
 pub struct Pack {
     pub(crate) contents: PackContents,

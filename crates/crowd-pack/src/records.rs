@@ -27,7 +27,7 @@ pub struct VertexRecord {
     pub material_class: u32,
     /// Four 16-bit joint indices, local to the character; first in the low half of the first word.
     pub joints: [u32; 2],
-    /// Four unsigned normalised 16-bit weights that sum to 65535; same order.
+    /// Four unsigned normalised 16-bit weights that sum to 65535; same order. Joints of weight 0 exist all the same.
     pub weights: [u32; 2],
 }
 
@@ -79,7 +79,7 @@ pub struct CharacterRecord {
     pub height_m: f32,
     /// Box over all clips, greatest corner, metres.
     pub box_max: [f32; 3],
-    /// First matrix (texel) of the inverse bind section; used by the split layout only, else 0.
+    /// First texel of the character's inverse bind matrices (four rows a joint); used by the split layout only, else 0.
     pub inverse_bind_offset: u32,
 }
 

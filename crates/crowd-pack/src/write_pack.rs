@@ -39,7 +39,8 @@ impl PackContents {
 
     /// Writes under a temporary name in the same folder and renames: the old file or the new one, never half.
     ///
-    /// The bytes are on the disk before the rename. The file gets the permissions of any new file.
+    /// The bytes are on the disk before the rename. The file gets the permissions of any new file. Links are followed,
+    /// devices and pipes written to directly.
     ///
     /// # Errors
     /// What [`Self::to_bytes`] refuses, and [`Error::Io`] with the path; the old file is untouched then.
@@ -73,24 +74,47 @@ impl PackContents {
     }
 }
 
-/// Writes a file as a whole or not at all.
+/// Writes a file as a whole or not at all. A link is followed: what it points to is replaced.
 fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let folder = match path.parent() {
+    if is_device(path) {
+        return std::fs::write(path, bytes);
+    }
+    let target = if path.is_symlink() { path.canonicalize()? } else { path.to_owned() };
+    let folder = match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".crowdpack-");
+    builder.prefix(".").suffix(".crowdpack.tmp");
     // Temporary files are private by default; the umask takes away from this what the user does not want to share.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut file = builder.tempfile_in(folder)?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
-    file.persist(path)?;
+    file.persist(&target)?;
     // The rename lasts through a power cut only once the folder is on the disk. The new file is in place by now, so a
     // system that cannot sync folders is no failure of ours.
     #[cfg(unix)]
     let _ = std::fs::File::open(folder).and_then(|folder| folder.sync_all());
     Ok(())
+}
+
+/// Devices and pipes (`/dev/null`) are written to: renaming would put a file in their place.
+fn is_device(path: &Path) -> bool {
+    path.metadata().is_ok_and(|meta| !meta.is_file() && !meta.is_dir())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn devices_are_told_from_files() {
+        assert!(!is_device(Path::new(env!("CARGO_MANIFEST_DIR"))));
+        assert!(!is_device(&Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml")));
+        assert!(!is_device(Path::new("no such file")));
+        #[cfg(unix)]
+        assert!(is_device(Path::new("/dev/null")));
+    }
 }

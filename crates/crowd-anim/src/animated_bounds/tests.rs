@@ -35,6 +35,14 @@ fn the_sphere_of_a_corner_triangle_is_not_the_boxs() {
 }
 
 #[test]
+fn a_vertex_is_the_weighted_sum_of_its_joints_places() {
+    // Peng 2011, Eq. 2: a quarter of the way from where joint 0 takes it to where joint 1 does.
+    let quarter_turn = [[0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 0.0, 8.0]];
+    let point = skin([4.0, 2.0, 0.0], &[0, 1, 0, 0], &[0.75, 0.25, 0.0, 0.0], &[IDENTITY, quarter_turn]);
+    assert_eq!(point, [3.0, 2.0, 1.0]);
+}
+
+#[test]
 fn nothing_and_nonsense_give_empty_bounds() {
     assert_eq!(animated_bounds(&[], &[], &[], &[], 3), Bounds::default());
     assert_eq!(animated_bounds(&[[f32::NAN; 3]], &[], &[], &[], 0), Bounds::default());

@@ -112,6 +112,15 @@ fn nonsense_is_refused_by_name() {
     assert!(rest_clip(&skeleton, &outside).is_err());
 }
 
+#[test]
+fn times_out_of_this_world_hold_the_ends() {
+    let (skeleton, joints) = leg();
+    let tracks = vec![track(0, Property::Translation, &[1.0, 2.0], &[0.0, 1.0, 0.0, 0.0, 4.0, 0.0])];
+    let clip = ClipView { name: "up", tracks };
+    let height = |time_s| pose_at(&skeleton, &joints, &clip, time_s).unwrap()[0][1][3];
+    assert_eq!([f32::NAN, f32::NEG_INFINITY, 1.5, f32::INFINITY].map(height), [0.0, 0.0, 1.5, 3.0]);
+}
+
 proptest! {
     #[test]
     fn both_layouts_agree(
