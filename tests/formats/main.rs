@@ -4,6 +4,7 @@
 mod contract;
 mod damage;
 mod independent_reader;
+mod page;
 mod random_pack;
 mod refusals;
 mod round_trip;

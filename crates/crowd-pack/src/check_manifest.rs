@@ -164,3 +164,42 @@ fn check_levels(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Error;
+
+    fn refusal(bytes: &[u8]) -> String {
+        match decode_manifest(bytes) {
+            Err(error @ Error::Format { .. }) => error.to_string(),
+            other => panic!("{bytes:?}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn the_shortest_manifest_is_three_zeros() {
+        assert_eq!(encode_manifest(&Manifest::default()).unwrap(), [0, 0, 0]);
+        assert_eq!(decode_manifest(&[0, 0, 0]).unwrap(), Manifest::default());
+    }
+
+    #[test]
+    fn lengths_beyond_the_bytes_are_errors_and_not_allocations() {
+        // A generator, then characters, of 2^64 - 1, 2^40 and 200 million elements; the last is within the byte limit.
+        for length in [u64::MAX, 1 << 40, 200_000_000] {
+            let varint = [&[253][..], &length.to_le_bytes()].concat();
+            refusal(&[&varint[..], b"x"].concat());
+            refusal(&[&[0, 0][..], &varint, &[1, b'n']].concat());
+        }
+    }
+
+    #[test]
+    fn what_is_not_the_one_way_to_write_it_is_refused() {
+        refusal(&[]);
+        refusal(&[0, 0]);
+        assert!(refusal(&[0, 0, 0, 0]).contains("bytes used"));
+        assert!(refusal(&[251, 0, 0, 0, 0]).contains("encoding"), "a zero in three bytes");
+        assert!(refusal(&[0, 2, 0]).contains("manifest"), "an unknown layout");
+        assert!(refusal(&[1, 0xff, 0, 0]).contains("manifest"), "a name that is not UTF-8");
+    }
+}
