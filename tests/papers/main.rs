@@ -1,0 +1,3 @@
+//! Is the equation in the paper what we compute?
+
+mod eq1;

@@ -1,0 +1,13 @@
+//! Twins: each stage alone on the GPU against the plain function that follows the paper, and the whole chain.
+
+mod cases;
+mod cull_instances;
+mod fit_budget;
+mod orphans;
+mod place_vertices;
+mod reform_triangles;
+mod scan_counts;
+mod select_lod;
+mod sum_weights;
+mod whole_chain;
+mod write_draw_args;

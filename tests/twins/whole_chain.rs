@@ -1,0 +1,167 @@
+//! All stages through the renderer, as an engine runs them, and the picture that comes out.
+
+use crate::cases::{SIZES, case, data, first_difference};
+use crowd_stages::gpu::{CrowdRenderer, RendererOptions};
+use crowd_stages::{
+    Capacities, DrawArgs, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, Technique, Weight, cpu,
+    overflow,
+};
+use crowd_tests::gpu::{self, Picture};
+use crowd_tests::{images, synthetic};
+use glam::Vec3;
+
+const OPTIONS: RendererOptions = RendererOptions {
+    max_instances: 70_000,
+    max_vertices: 4_000_000,
+    max_triangles: 8_000_000,
+    color_format: Picture::FORMAT,
+    sample_count: 1,
+};
+
+fn draw(renderer: &mut CrowdRenderer, picture: &Picture, config: &FrameConfig, technique: Technique) -> FrameTotals {
+    let (device, queue) = gpu::device();
+    let mut encoder = device.create_command_encoder(&Default::default());
+    renderer.encode(device, queue, &mut encoder, &picture.view, picture.size, config, technique);
+    queue.submit([encoder.finish()]);
+    renderer.totals(device, true).expect("a frame was submitted and waited for")
+}
+
+fn renderer(options: RendererOptions, instances: &[InstanceRecord]) -> CrowdRenderer {
+    let (device, queue) = gpu::device();
+    let mut renderer = CrowdRenderer::new(device, queue, data(), options).expect("within default limits");
+    renderer.set_instances(queue, instances).expect("synthetic instances are valid");
+    renderer
+}
+
+/// A near view of a small crowd.
+fn close_up() -> (Vec<InstanceRecord>, FrameConfig) {
+    let instances = synthetic::instances(data(), 60);
+    let view = synthetic::view(Vec3::new(2.0, 2.2, 8.0), Vec3::new(0.0, 0.8, 0.0), u32::MAX, Weight::Area, 360);
+    (instances, FrameConfig::from_camera(&view))
+}
+
+/// How many vertices two chains may differ by in one instance: one from Eq. 1, one from the share, and a level's step.
+const CHAIN_BOUND: u32 = 5;
+
+/// Levels may differ by a little in a few instances, since weights do (`cpu::FLOAT_BOUND`).
+fn choices_differ(gpu: &[LodChoice], cpu: &[LodChoice]) -> Option<String> {
+    let apart = |i: &usize| gpu[*i].vertex_count.abs_diff(cpu[*i].vertex_count) > CHAIN_BOUND;
+    if let Some(i) = (0..cpu.len()).find(apart) {
+        return Some(format!("instance {i}: {:?} on the GPU, {:?} on the CPU", gpu[i], cpu[i]));
+    }
+    let different = gpu.iter().zip(cpu).filter(|(gpu, cpu)| gpu != cpu).count();
+    (different * 50 > cpu.len()).then(|| format!("{different} of {} instances have other levels", cpu.len()))
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn the_chain_agrees_and_its_buffers_follow_from_its_levels() {
+    let mut renderer = renderer(OPTIONS, &[]);
+    let picture = Picture::new((64, 36));
+    let capacities =
+        Capacities { vertex_count: OPTIONS.max_vertices, triangle_count: OPTIONS.max_triangles, ..Default::default() };
+    for count in SIZES {
+        let case = case(count, 30, Weight::Area);
+        renderer.set_instances(&gpu::device().1, &case.instances).expect("valid");
+        let totals = draw(&mut renderer, &picture, &case.config, Technique::Reform);
+        let (frame, _) = cpu::run_frame(case.data, &case.instances, &case.config, &capacities);
+
+        let [choices, bases, slots, indices, args] = renderer.frame_buffers();
+        let n = case.instances.len();
+        let choices: Vec<LodChoice> = gpu::read(choices, n);
+        assert_eq!(choices_differ(&choices, &frame.choices), None, "{count} instances");
+        assert!(totals.vertex_count <= case.config.budget.max(totals.min_vertex_count));
+        assert_eq!(totals.overflow & !overflow::BUDGET, 0);
+
+        let (expected_bases, end) = cpu::scan_counts(&choices);
+        assert_eq!(first_difference(&gpu::read::<InstanceBase>(bases, n), &expected_bases), None, "{count} instances");
+        let expected = cpu::place_vertices(&choices, &expected_bases, &capacities);
+        assert_eq!(first_difference(&gpu::read(slots, expected.len()), &expected), None, "{count} instances");
+        let expected = cpu::reform_triangles(case.data, &case.instances, &choices, &expected_bases, &capacities);
+        assert_eq!(first_difference(&gpu::read(indices, expected.len()), &expected), None, "{count} instances");
+        assert_eq!(gpu::read::<DrawArgs>(args, 1)[0].index_count, end.triangle_base * 3);
+        assert_eq!((totals.vertex_count, totals.triangle_count), (end.vertex_base, end.triangle_base));
+    }
+}
+
+#[test]
+fn chains_that_differ_too_much_are_seen() {
+    let case = case(1000, 30, Weight::Area);
+    let choices = case.select().choices;
+    assert_eq!(choices_differ(&choices, &choices), None);
+    let mut one_far = choices.clone();
+    one_far[3].vertex_count += CHAIN_BOUND + 1;
+    assert!(choices_differ(&one_far, &choices).is_some());
+    let many: Vec<LodChoice> = choices.iter().map(|c| LodChoice { vertex_count: c.vertex_count + 1, ..*c }).collect();
+    assert!(choices_differ(&many, &choices).is_some());
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn at_full_detail_reformation_and_pseudo_instancing_draw_the_same_picture() {
+    let (instances, config) = close_up();
+    let mut renderer = renderer(OPTIONS, &instances);
+    let picture = Picture::new((640, 360));
+    let reformed_totals = draw(&mut renderer, &picture, &config, Technique::Reform);
+    let reformed = picture.pixels();
+    let full_totals = draw(&mut renderer, &picture, &config, Technique::PseudoInstancing);
+    let full = picture.pixels();
+
+    let colors: std::collections::BTreeSet<[u8; 4]> = reformed.iter().copied().collect();
+    assert!(colors.len() > 1000, "{} colours: this is not a picture", colors.len());
+    assert!(reformed_totals.visible_count > 40 && full_totals.visible_count == 60);
+    let difference = images::compare(&reformed, &full, 0);
+    assert_eq!(difference.max, 0, "{difference:?}");
+
+    // The comparison can fail: with few vertices the picture is another.
+    let coarse = FrameConfig { budget: 2000, ..config };
+    draw(&mut renderer, &picture, &coarse, Technique::Reform);
+    assert!(images::compare(&picture.pixels(), &full, 8).share > 0.01);
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn the_same_frame_gives_the_same_bytes() {
+    let case = case(1000, 30, Weight::Area);
+    let picture = Picture::new((640, 360));
+    let options = RendererOptions { sample_count: 4, ..OPTIONS };
+    let mut first = renderer(options, &case.instances);
+    let totals = draw(&mut first, &picture, &case.config, Technique::Reform);
+    let pixels = picture.pixels();
+    let mut second = renderer(options, &case.instances);
+    assert_eq!(draw(&mut second, &picture, &case.config, Technique::Reform), totals);
+    assert_eq!(first_difference(&picture.pixels(), &pixels), None);
+    let later = FrameConfig { time_s: case.config.time_s + 0.3, ..case.config };
+    draw(&mut second, &picture, &later, Technique::Reform);
+    assert!(first_difference(&picture.pixels(), &pixels).is_some(), "people move");
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn small_buffers_are_reported_and_the_rest_is_drawn() {
+    let (instances, config) = close_up();
+    let options = RendererOptions { max_vertices: 3000, max_triangles: 100_000, ..OPTIONS };
+    let mut renderer = renderer(options, &instances);
+    let totals = draw(&mut renderer, &Picture::new((64, 36)), &config, Technique::Reform);
+    assert_eq!(totals.overflow, overflow::VERTICES);
+    assert!(totals.needed_vertices > 3000 && (2000..=3000).contains(&totals.vertex_count), "{totals:?}");
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn what_does_not_fit_is_refused_with_numbers() {
+    let (device, queue) = gpu::device();
+    let enormous = RendererOptions { max_triangles: u32::MAX, ..OPTIONS };
+    let error = CrowdRenderer::new(device, queue, data(), enormous).err().expect("48 GiB of indices").to_string();
+    assert!(error.contains("index buffer") && error.contains("lower the vertex budget"), "{error}");
+    let clamped = enormous.clamped_to(&device.limits());
+    assert!(clamped.max_triangles < u32::MAX && clamped.max_vertices == OPTIONS.max_vertices);
+
+    let mut renderer = renderer(RendererOptions { max_instances: 2, ..OPTIONS }, &[]);
+    let one = synthetic::instances(data(), 1)[0];
+    assert!(renderer.set_instances(queue, &[one; 3]).is_err());
+    let error = renderer.set_instances(queue, &[InstanceRecord { character: 9, ..one }]).expect_err("three characters");
+    assert_eq!(error.to_string(), "instance 0: character 9, the pack has 3");
+    let stranger = InstanceRecord { clip: data().characters[2].clip_offset, character: 0, ..one };
+    assert!(renderer.set_instances(queue, &[stranger]).is_err(), "a clip of another character");
+}
