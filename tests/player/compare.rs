@@ -4,7 +4,7 @@ use image::RgbImage;
 
 /// The stated bound. Edges may fall on the other side of a pixel's centre, and textures are filtered with other
 /// roundings; both touch few pixels. A whole instance, or a shift by one pixel, touches far more.
-pub const BOUND: Difference = Difference { far_share: 0.004, mean: 0.35 };
+pub const BOUND: Difference = Difference { far_share: 0.001, mean: 0.2 };
 
 /// How far two pictures lie apart.
 #[derive(Debug, Clone, Copy, PartialEq)]

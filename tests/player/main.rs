@@ -8,14 +8,14 @@ mod words;
 use std::path::{Path, PathBuf};
 
 /// What a run came to.
-pub struct Ran {
-    pub code: u8,
-    pub stdout: Vec<u8>,
-    pub stderr: String,
+pub(crate) struct Ran {
+    pub(crate) code: u8,
+    pub(crate) stdout: Vec<u8>,
+    pub(crate) stderr: String,
 }
 
 /// Runs the player in this process.
-pub fn crowdplay(words: &[&str]) -> Ran {
+pub(crate) fn crowdplay(words: &[&str]) -> Ran {
     let (mut stdout, mut stderr) = (Vec::new(), Vec::new());
     let words: Vec<&str> = std::iter::once("crowdplay").chain(words.iter().copied()).collect();
     let code = crowdplay::run(words, &mut stdout, &mut stderr);
@@ -23,35 +23,35 @@ pub fn crowdplay(words: &[&str]) -> Ran {
 }
 
 /// A folder of its own with a pack of two posts in it.
-pub struct Scene {
+pub(crate) struct Scene {
     folder: tempfile::TempDir,
 }
 
 impl Scene {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let folder = tempfile::tempdir().expect("there is a temporary folder");
         figures::write_pack(&folder.path().join("posts.crowdpack"), &figures::TWO_POSTS);
         Self { folder }
     }
 
-    pub fn file(&self, name: &str) -> PathBuf {
+    pub(crate) fn file(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    pub fn folder(&self) -> &Path {
+    pub(crate) fn folder(&self) -> &Path {
         self.folder.path()
     }
 
-    pub fn pack(&self) -> String {
+    pub(crate) fn pack(&self) -> String {
         self.path("posts.crowdpack")
     }
 
-    pub fn path(&self, name: &str) -> String {
+    pub(crate) fn path(&self, name: &str) -> String {
         self.file(name).to_str().expect("temporary folders have plain names").to_owned()
     }
 
     /// Names of the files, sorted.
-    pub fn files(&self) -> Vec<String> {
+    pub(crate) fn files(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.folder()).expect("the folder is there");
         let mut names: Vec<String> =
             entries.map(|e| e.expect("readable").file_name().to_string_lossy().into_owned()).collect();
@@ -60,7 +60,7 @@ impl Scene {
     }
 
     /// Runs `posts.crowdpack --headless` with more words; it must succeed.
-    pub fn render(&self, words: &[&str]) -> Ran {
+    pub(crate) fn render(&self, words: &[&str]) -> Ran {
         let pack = self.pack();
         let all: Vec<&str> = [pack.as_str(), "--headless"].into_iter().chain(words.iter().copied()).collect();
         let ran = crowdplay(&all);
@@ -69,13 +69,13 @@ impl Scene {
     }
 
     /// The report of such a run.
-    pub fn report(&self, words: &[&str]) -> serde_json::Value {
+    pub(crate) fn report(&self, words: &[&str]) -> serde_json::Value {
         let words: Vec<&str> = words.iter().copied().chain(["--report", "-"]).collect();
         serde_json::from_slice(&self.render(&words).stdout).expect("standard output is the report and nothing else")
     }
 
     /// The picture of such a run, one sample a pixel.
-    pub fn picture(&self, words: &[&str]) -> image::RgbImage {
+    pub(crate) fn picture(&self, words: &[&str]) -> image::RgbImage {
         let words: Vec<&str> = words.iter().copied().chain(["--msaa", "1", "--out", "-"]).collect();
         let png = self.render(&words).stdout;
         image::load_from_memory(&png).expect("standard output is a PNG and nothing else").to_rgb8()

@@ -103,8 +103,9 @@ fn wrong_layouts_and_camera_paths_are_refused_with_their_line() {
 fn output_that_cannot_be_written_is_code_3_and_leaves_nothing() {
     let scene = Scene::new();
     let lost = scene.path("no/such/folder/out");
+    let pack = scene.pack();
     for option in ["--out", "--report"] {
-        let words = [&[scene.pack().as_str(), "--headless", option, &lost][..], &TINY].concat();
+        let words = [&[pack.as_str(), "--headless", option, &lost][..], &TINY].concat();
         let ran = crowdplay(&words);
         assert_eq!(ran.code, 3, "{option}: {}", ran.stderr);
         assert!(ran.stderr.contains(&lost), "{}", ran.stderr);

@@ -27,7 +27,7 @@ pub fn find_gpu(plan: &MachinePlan, talk: &mut Talk<'_>) -> Result<Option<Gpu>> 
     if plan.backend == BackendWord::Cpu {
         return Ok(None);
     }
-    match gpu_device::open(&gpu_device::headless_instance(), plan, None) {
+    match gpu_device::open_headless(plan) {
         Ok(gpu) => {
             let software = if gpu.is_software() { ", software" } else { "" };
             talk.say(&format!("adapter: {} ({:?}{software})", gpu.info.name, gpu.info.backend));

@@ -29,18 +29,30 @@ impl Gpu {
     }
 }
 
-/// An instance for pictures without a window. `WGPU_BACKEND` narrows the backends.
-pub fn headless_instance() -> wgpu::Instance {
+/// Backends in the order in which they are tried: OpenGL only where there is nothing else.
+pub const BACKENDS: [wgpu::Backends; 2] = [wgpu::Backends::PRIMARY, wgpu::Backends::GL];
+
+/// An instance for pictures without a window. `WGPU_BACKEND` overrides the backends.
+pub fn headless_instance(backends: wgpu::Backends) -> wgpu::Instance {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
-    descriptor.backends = wgpu::Backends::all().with_env();
+    descriptor.backends = backends.with_env();
     wgpu::Instance::new(descriptor)
 }
 
-/// Adapters in the order in which they are preferred: graphics cards first, processors last, OpenGL after the rest.
+/// Adapters in the order in which they are preferred: graphics cards first, processors last.
 pub fn list_adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all().with_env()));
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
     adapters.sort_by_key(|adapter| preference(&adapter.get_info()));
     adapters
+}
+
+/// Opens a device for pictures without a window.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_headless(plan: &MachinePlan) -> Result<Gpu> {
+    let [first, last] = BACKENDS.map(|backends| move || open(&headless_instance(backends), plan, None));
+    first().or_else(|error| last().map_err(|_| error))
 }
 
 fn preference(info: &wgpu::AdapterInfo) -> (u32, bool, String) {
@@ -66,6 +78,9 @@ pub fn describe(info: &wgpu::AdapterInfo) -> Adapter {
 }
 
 /// Opens the adapter whose name contains the plan's, or the best one that can draw to `surface`.
+///
+/// # Errors
+/// [`Error::Machine`] when there is none, or it gives no device.
 pub fn open(instance: &wgpu::Instance, plan: &MachinePlan, surface: Option<&wgpu::Surface<'_>>) -> Result<Gpu> {
     const REMEDY: &str = "install a Vulkan driver (on Debian: mesa-vulkan-drivers) or use --headless --backend cpu";
     let all = list_adapters(instance);

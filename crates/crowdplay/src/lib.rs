@@ -98,7 +98,8 @@ fn follow(args: &cli::Args, stdout: &mut dyn Write, stderr: &mut dyn Write) -> R
 }
 
 fn list_adapters(stdout: &mut dyn Write, talk: &mut Talk<'_>) -> Result<()> {
-    let adapters = gpu_device::list_adapters(&gpu_device::headless_instance());
+    let instances = gpu_device::BACKENDS.map(gpu_device::headless_instance);
+    let adapters: Vec<wgpu::Adapter> = instances.iter().flat_map(gpu_device::list_adapters).collect();
     if adapters.is_empty() {
         talk.say("no adapter was found; --backend cpu draws without one");
     }

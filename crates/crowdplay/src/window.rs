@@ -158,15 +158,19 @@ impl Running {
         event_loop: &ActiveEventLoop,
         talk: &mut Talk<'_>,
     ) -> Result<Self> {
-        let mut descriptor =
-            wgpu::InstanceDescriptor::new_with_display_handle_from_env(Box::new(event_loop.owned_display_handle()));
-        descriptor.backends = wgpu::Backends::all().with_env();
-        let instance = wgpu::Instance::new(descriptor);
-        let surface = instance
-            .create_surface(window.clone())
-            .map_err(|e| Error::Machine { what: format!("no surface: {e}"), remedy: REMEDY })?;
         let machine = MachinePlan { backend: BackendWord::Auto, ..plan.machine.clone() };
-        let gpu = gpu_device::open(&instance, &machine, Some(&surface))?;
+        let open = |backends: wgpu::Backends| -> Result<(Gpu, wgpu::Surface<'static>)> {
+            let display = Box::new(event_loop.owned_display_handle());
+            let mut descriptor = wgpu::InstanceDescriptor::new_with_display_handle_from_env(display);
+            descriptor.backends = backends.with_env();
+            let instance = wgpu::Instance::new(descriptor);
+            let surface = instance
+                .create_surface(window.clone())
+                .map_err(|e| Error::Machine { what: format!("no surface: {e}"), remedy: REMEDY })?;
+            Ok((gpu_device::open(&instance, &machine, Some(&surface))?, surface))
+        };
+        let [first, last] = gpu_device::BACKENDS;
+        let (gpu, surface) = open(first).or_else(|error| open(last).map_err(|_| error))?;
         talk.say(&format!("adapter: {} ({:?})", gpu.info.name, gpu.info.backend));
         let screen = Screen::new(&gpu, surface, window)?;
 
