@@ -1,0 +1,281 @@
+//! Do WGSL and Rust agree? Sizes, offsets and constants by naga; no GPU needed.
+
+use crowd_pack::{CharacterRecord, ClipRecord, LodRecord, MaterialRecord, VertexRecord, material_flags};
+use crowd_raster::light;
+use crowd_stages::gpu::{self, ANIMATION_SIDE};
+use crowd_stages::{
+    Capacities, CullRecord, DrawArgs, DrawConfig, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice,
+    Weight, WeightSums, dispatch, overflow,
+};
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};
+use std::mem::{offset_of, size_of};
+
+/// A struct's name, size and fields with their offsets.
+type Layout = (&'static str, usize, Vec<(&'static str, usize)>);
+
+/// The layout of a Rust record. The pattern makes the compiler insist on all fields.
+macro_rules! layout {
+    ($record:ident { $($field:ident),* $(,)? }) => {{
+        #[allow(dead_code, reason = "only there to be compiled: a field left out of the list is an error")]
+        fn all_fields($record { $($field: _),* }: $record) {}
+        (stringify!($record), size_of::<$record>(), vec![$((stringify!($field), offset_of!($record, $field))),*])
+    }};
+}
+
+fn rust_layouts() -> Vec<Layout> {
+    vec![
+        layout!(VertexRecord { position, normal_oct, uv, color, material_class, joints, weights }),
+        layout!(LodRecord { vertex_count, triangle_count }),
+        layout!(CharacterRecord {
+            vertex_offset,
+            vertex_count,
+            triangle_offset,
+            triangle_count,
+            lod_offset,
+            min_vertex_count,
+            min_triangle_count,
+            joint_count,
+            clip_offset,
+            clip_count,
+            material_offset,
+            material_count,
+            sphere,
+            box_min,
+            height_m,
+            box_max,
+            inverse_bind_offset,
+        }),
+        layout!(ClipRecord {
+            texel_offset,
+            frame_count,
+            duration_s,
+            root_speed_m_s,
+            sphere,
+            root_displacement_m,
+            loop_gap_m,
+        }),
+        layout!(MaterialRecord { base_color, image, flags, alpha_cutoff, reserved }),
+        layout!(InstanceRecord { position, yaw_rad, scale, character, clip, phase_s }),
+        layout!(FrameConfig {
+            clip_from_world,
+            planes,
+            eye,
+            focal_px,
+            time_s,
+            inverse_alpha,
+            budget,
+            instance_count,
+            weight,
+            reserved,
+        }),
+        layout!(CullRecord { visible, weight, area_px2, distance_m }),
+        layout!(WeightSums {
+            weight,
+            min_vertex_count,
+            visible_count,
+            wanted_count,
+            share,
+            is_scaled,
+            reserved_a,
+            reserved_b,
+        }),
+        layout!(LodChoice { vertex_count, triangle_count }),
+        layout!(InstanceBase { vertex_base, triangle_base }),
+        layout!(Capacities { vertex_count, triangle_count, reserved_a, reserved_b }),
+        layout!(DrawArgs { index_count, instance_count, first_index, base_vertex, first_instance }),
+        layout!(FrameTotals {
+            visible_count,
+            vertex_count,
+            triangle_count,
+            min_vertex_count,
+            overflow,
+            needed_vertices,
+            needed_triangles,
+            reserved,
+        }),
+        layout!(DrawConfig { ray_x, width_px, ray_y, height_px, ray_w, layer_side }),
+    ]
+}
+
+/// Every shader as it is compiled, by name.
+fn sources() -> Vec<(&'static str, String)> {
+    vec![
+        ("cull_instances", gpu::CullInstances::source()),
+        ("sum_weights", gpu::SumWeights::source()),
+        ("select_lod", gpu::SelectLod::source()),
+        ("fit_budget", gpu::FitBudget::source()),
+        ("scan_counts", gpu::ScanCounts::source()),
+        ("place_vertices", gpu::PlaceVertices::source()),
+        ("reform_triangles", gpu::ReformTriangles::source()),
+        ("write_draw_args", gpu::WriteDrawArgs::source()),
+        ("backdrop", gpu::backdrop_source()),
+        ("crowd", gpu::crowd_source()),
+    ]
+}
+
+fn parse(source: &str) -> Module {
+    naga::front::wgsl::parse_str(source).unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)))
+}
+
+/// The first place where the WGSL's struct is not the Rust record. Fields called `reserved...` are only space.
+fn layout_difference(module: &Module, layout: &Layout) -> Option<String> {
+    let (name, size, fields) = layout;
+    let Some(TypeInner::Struct { members, span }) =
+        module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).map(|(_, ty)| &ty.inner)
+    else {
+        return Some(format!("{name}: no such struct in the shaders"));
+    };
+    if *span as usize != *size {
+        return Some(format!("{name}: {span} bytes in WGSL, {size} in Rust"));
+    }
+    let in_wgsl: Vec<(&str, usize)> =
+        members.iter().map(|m| (m.name.as_deref().unwrap_or(""), m.offset as usize)).filter(|m| !is_space(m)).collect();
+    let in_rust: Vec<(&str, usize)> = fields.iter().copied().filter(|m| !is_space(m)).collect();
+    (in_wgsl != in_rust).then(|| format!("{name}: {in_wgsl:?} in WGSL, {in_rust:?} in Rust"))
+}
+
+fn is_space(field: &(&str, usize)) -> bool {
+    field.0.starts_with("reserved")
+}
+
+/// The numbers of a constant, one for a scalar, three for a vector.
+fn constant(module: &Module, name: &str) -> Option<Vec<f64>> {
+    let (_, constant) = module.constants.iter().find(|(_, constant)| constant.name.as_deref() == Some(name))?;
+    numbers(module, constant.init)
+}
+
+fn numbers(module: &Module, expression: naga::Handle<Expression>) -> Option<Vec<f64>> {
+    match &module.global_expressions[expression] {
+        Expression::Literal(Literal::F32(value)) => Some(vec![f64::from(*value)]),
+        Expression::Literal(Literal::U32(value)) => Some(vec![f64::from(*value)]),
+        Expression::Literal(Literal::I32(value)) => Some(vec![f64::from(*value)]),
+        Expression::Compose { components, .. } => {
+            let parts: Option<Vec<Vec<f64>>> = components.iter().map(|part| numbers(module, *part)).collect();
+            Some(parts?.concat())
+        }
+        _ => None,
+    }
+}
+
+fn constant_difference(module: &Module, name: &str, rust: &[f64]) -> Option<String> {
+    let wgsl = constant(module, name);
+    (wgsl.as_deref() != Some(rust)).then(|| format!("{name}: {wgsl:?} in WGSL, {rust:?} in Rust"))
+}
+
+#[test]
+fn every_shader_is_valid_without_extra_capabilities() {
+    for (name, source) in sources() {
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+        validator.validate(&parse(&source)).unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(&source)));
+    }
+}
+
+#[test]
+fn structs_have_the_same_sizes_and_offsets() {
+    let module = parse(&gpu::crowd_source());
+    for layout in rust_layouts() {
+        assert_eq!(layout_difference(&module, &layout), None);
+    }
+    let structs = module.types.iter().filter(|(_, ty)| matches!(ty.inner, TypeInner::Struct { .. })).count();
+    let own = ["FramePair", "Surface"].len();
+    assert_eq!(structs - own, rust_layouts().len(), "each struct of records.wgsl has its Rust record");
+}
+
+#[test]
+fn a_moved_field_a_renamed_one_and_another_size_are_seen() {
+    let difference = |wgsl: &str| layout_difference(&parse(wgsl), &layout!(LodChoice { vertex_count, triangle_count }));
+    assert_eq!(difference("struct LodChoice { vertex_count: u32, triangle_count: u32 }"), None);
+    assert!(difference("struct LodChoice { triangle_count: u32, vertex_count: u32 }").is_some());
+    assert!(difference("struct LodChoice { vertex_count: u32, triangles: u32 }").is_some());
+    assert!(difference("struct LodChoice { vertex_count: u32, triangle_count: vec2u }").is_some());
+    assert!(difference("struct Choice { vertex_count: u32, triangle_count: u32 }").is_some());
+}
+
+#[test]
+fn constants_are_the_same() {
+    let module = parse(&gpu::crowd_source());
+    let numbers = [
+        ("NONE", crowd_pack::NONE),
+        ("FOLD_COLUMNS", dispatch::FOLD_COLUMNS),
+        ("BLOCK_SIZE", dispatch::BLOCK_SIZE),
+        ("INSTANCE_GROUP_SIZE", dispatch::INSTANCE_GROUP_SIZE),
+        ("OVERFLOW_BUDGET", overflow::BUDGET),
+        ("OVERFLOW_VERTICES", overflow::VERTICES),
+        ("OVERFLOW_TRIANGLES", overflow::TRIANGLES),
+        ("WEIGHT_AREA", Weight::Area as u32),
+        ("WEIGHT_AREA_DISTANCE", Weight::AreaDistance as u32),
+        ("MATERIAL_DOUBLE_SIDED", material_flags::DOUBLE_SIDED),
+        ("MATERIAL_UNLIT", material_flags::UNLIT),
+        ("MATERIAL_FLAT", material_flags::FLAT),
+        ("MATERIAL_WRAP_U_SHIFT", material_flags::WRAP_U_SHIFT),
+        ("MATERIAL_WRAP_V_SHIFT", material_flags::WRAP_V_SHIFT),
+        ("MATERIAL_WRAP_MASK", material_flags::WRAP_MASK),
+        ("ANIMATION_WIDTH", ANIMATION_SIDE),
+        ("ANIMATION_HEIGHT", ANIMATION_SIDE),
+    ];
+    for (name, rust) in numbers {
+        assert_eq!(constant_difference(&module, name, &[f64::from(rust)]), None);
+    }
+    assert!(constant_difference(&module, "BLOCK_SIZE", &[128.0]).is_some(), "the comparison can fail");
+}
+
+#[test]
+fn light_has_the_numbers_of_the_rasteriser() {
+    let module = parse(&gpu::crowd_source());
+    let colors = [
+        ("SUN_DIRECTION", light::SUN_DIRECTION),
+        ("SUN_COLOR", light::SUN_COLOR),
+        ("SKY_AMBIENT", light::SKY_AMBIENT),
+        ("GROUND_AMBIENT", light::GROUND_AMBIENT),
+        ("SKY_HORIZON", light::SKY_HORIZON),
+        ("SKY_ZENITH", light::SKY_ZENITH),
+        ("GROUND", light::GROUND),
+        ("GROUND_LINE", light::GROUND_LINE),
+    ];
+    for (name, rust) in colors {
+        assert_eq!(constant_difference(&module, name, &rust.map(f64::from)), None);
+    }
+    let lengths = [
+        ("EXPOSURE", light::EXPOSURE),
+        ("FADE_M", light::FADE_M),
+        ("GROUND_Y_M", light::GROUND_Y_M),
+        ("LINE_WIDTH_M", light::LINE_WIDTH_M),
+        ("LINE_STRENGTH", light::LINE_STRENGTH),
+        ("WIDE_LINE_WIDTH_M", light::WIDE_LINE_WIDTH_M),
+    ];
+    for (name, rust) in lengths {
+        assert_eq!(constant_difference(&module, name, &[f64::from(rust)]), None);
+    }
+    let declared =
+        include_str!("../../../shaders/shared/light.wgsl").lines().filter(|l| l.starts_with("const ")).count();
+    assert_eq!(declared, colors.len() + lengths.len(), "each constant of light.wgsl is compared");
+}
+
+#[test]
+fn no_shader_binds_more_storage_buffers_than_default_limits_allow() {
+    for (name, source) in sources() {
+        let module = parse(&source);
+        let storage = |write: bool| {
+            module
+                .global_variables
+                .iter()
+                .filter(|(_, variable)| match variable.space {
+                    AddressSpace::Storage { access } => !write || access.contains(StorageAccess::STORE),
+                    _ => false,
+                })
+                .count()
+        };
+        // The materials of the draw are read by the fragment shader, the others by the vertex shader.
+        let allowed = if name == "crowd" { 8 - 1 } else { 8 };
+        assert!(storage(false) <= allowed, "{name}: {} storage buffers", storage(false));
+        assert_eq!(storage(true) > 0, name != "crowd" && name != "backdrop", "{name}: stages write, draws do not");
+    }
+}
+
+#[test]
+fn compaction_never_appends_atomically() {
+    for (name, source) in sources() {
+        assert!(!source.contains("atomic"), "{name}: places come from prefix sums, so that the order is fixed");
+    }
+}
