@@ -71,10 +71,10 @@ pub fn png(bytes: &[u8], size: u32, kind: ExtendedColorType) -> Vec<u8> {
     out.into_inner()
 }
 
-/// A whole character: a root with the skinned mesh and the skeleton below it.
+/// A whole character: a root with the skeleton below it, and the skinned mesh beside it.
 pub fn character(name: &str, joints: &[Joint], body: Primitive, png: Vec<u8>, clips: Vec<Clip>) -> Document {
     let mut nodes = vec![
-        Node { name: name.to_string(), children: vec![1, 2], ..Node::default() },
+        Node { name: name.to_string(), children: vec![2], ..Node::default() },
         Node { name: format!("{name}_body"), mesh: Some(0), skinned: true, ..Node::default() },
     ];
     for (i, j) in joints.iter().enumerate() {
@@ -82,7 +82,6 @@ pub fn character(name: &str, joints: &[Joint], body: Primitive, png: Vec<u8>, cl
         let children = (0..joints.len()).filter(|&k| joints[k].parent == Some(i)).map(|k| k + 2).collect();
         nodes.push(Node { name: j.name.clone(), children, translation: j.position - parent, ..Node::default() });
     }
-    // A skinned mesh is placed by its joints alone: it stands beside the root, not below a moved node.
     Document {
         nodes,
         meshes: vec![(format!("{name}_body"), vec![body])],

@@ -389,8 +389,8 @@ impl Figure {
             self.add_arm(&mut shape, &rings, patch_rows, side);
             self.add_leg(&mut shape, &rings[0], side);
         }
-        self.soften_junctions(&mut shape, &rings, patch_rows);
         self.unite_crotch(&mut shape);
+        self.soften_junctions(&mut shape, &rings, patch_rows);
         shape
     }
 

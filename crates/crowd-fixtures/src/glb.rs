@@ -72,7 +72,7 @@ pub struct Material {
 /// Everything that goes into one file.
 #[derive(Clone, Debug, Default)]
 pub struct Document {
-    /// Nodes; the first is the scene's only root.
+    /// Nodes; those without a parent are the scene's roots.
     pub nodes: Vec<Node>,
     /// Meshes, each a list of primitives, with a name.
     pub meshes: Vec<(String, Vec<Primitive>)>,
@@ -193,7 +193,7 @@ impl Document {
         let nodes: Vec<String> = self.nodes.iter().map(write_node).collect();
         let mut sections = vec![
             "\"asset\":{\"version\":\"2.0\",\"generator\":\"crowd-fixtures\"}".to_string(),
-            "\"scene\":0,\"scenes\":[{\"nodes\":[0]}]".to_string(),
+            format!("\"scene\":0,\"scenes\":[{{\"nodes\":[{}]}}]", self.roots().join(",")),
             format!("\"nodes\":[{}]", nodes.join(",")),
         ];
         if !meshes.is_empty() {
@@ -242,6 +242,12 @@ impl Document {
         let name = uri.map(|u| format!("\"uri\":\"{u}\",")).unwrap_or_default();
         sections.push(format!("\"buffers\":[{{{name}\"byteLength\":{}}}]", w.bytes.len()));
         (format!("{{{}}}", sections.join(",")), w.bytes)
+    }
+
+    /// Nodes that are nobody's children.
+    fn roots(&self) -> Vec<String> {
+        let child = |i: &usize| self.nodes.iter().any(|n| n.children.contains(i));
+        (0..self.nodes.len()).filter(|i| !child(i)).map(|i| i.to_string()).collect()
     }
 
     /// The document as one `.glb` file.

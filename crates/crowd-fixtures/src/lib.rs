@@ -5,6 +5,7 @@
 
 pub mod assemble;
 pub mod atlas;
+pub mod beast;
 pub mod body;
 pub mod glb;
 pub mod human_clips;
@@ -14,6 +15,7 @@ pub mod paint_human;
 pub mod people;
 pub mod preview;
 pub mod profile;
+pub mod proofs;
 pub mod shape;
 pub mod wear;
 
@@ -34,6 +36,12 @@ pub fn generate() -> Vec<Fixture> {
         out.push(Fixture { path: format!("good/{}.glb", person.name), bytes: document.to_glb() });
         out.push(Fixture { path: format!("good/{}.regions.png", person.name), bytes: regions });
     }
+    for (kind, name) in beast::KINDS {
+        let (document, regions) = beast::make(kind, name);
+        out.push(Fixture { path: format!("good/{name}.glb"), bytes: document.to_glb() });
+        out.push(Fixture { path: format!("good/{name}.regions.png"), bytes: regions });
+    }
+    out.extend(proofs::proofs());
     out.sort_by(|a, b| a.path.cmp(&b.path));
     out
 }

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
-use crowd_fixtures::{generate, people, preview};
+use crowd_fixtures::glb::Document;
+use crowd_fixtures::{beast, generate, people, preview};
 use glam::Vec3;
 
 /// Draws the characters and proofs under fixtures/, the same bytes every time.
@@ -45,51 +46,54 @@ fn write_all(args: &Args) -> std::io::Result<()> {
 
 fn draw_sheets(args: &Args) -> std::io::Result<()> {
     std::fs::create_dir_all(&args.folder)?;
-    for person in people::cast() {
-        if args.only.as_deref().is_some_and(|n| n != person.name) {
-            continue;
-        }
-        let (document, _) = person.make();
-        let primitive = &document.meshes[0].1[0];
-        println!("{}: {} triangles, {} vertices, {} joints", person.name, primitive.indices.len() / 3, primitive.positions.len(), document.joints.len());
+    let wanted = |name: &str| args.only.as_deref().is_none_or(|n| n == name);
+    for person in people::cast().iter().filter(|p| wanted(p.name)) {
         let tall = person.build.height;
-        let body = Vec3::new(0.0, tall * 0.5, 0.0);
         let face = Vec3::new(0.0, tall * (1.0 - person.build.head * 0.5), 0.0);
-        let shot = |clip: &str, phase: f32, yaw: f32, span: f32, middle: Vec3| preview::Shot {
-            clip: clip.into(),
-            phase,
-            yaw,
-            pitch: 6.0,
-            span,
-            middle,
-        };
-        let wide = tall * 1.08;
-        let stands = [
-            shot("idle", 0.0, 0.0, wide, body),
-            shot("idle", 0.0, 35.0, wide, body),
-            shot("idle", 0.0, 90.0, wide, body),
-            shot("idle", 0.0, 180.0, wide, body),
-        ];
-        let faces = [
-            shot("", 0.0, 0.0, tall * 0.22, face),
-            shot("", 0.0, 40.0, tall * 0.22, face),
-            shot("", 0.0, 90.0, tall * 0.22, face),
-            shot("", 0.0, 0.0, wide, body),
-        ];
-        let moves = [
-            shot("walk", 0.0, 70.0, wide, body),
-            shot("walk", 0.3, 70.0, wide, body),
-            shot("run", 0.1, 70.0, wide, body),
-            shot(person.strong, 0.5, 50.0, wide, body),
-        ];
-        for (n, shots) in [&stands, &faces, &moves].into_iter().enumerate() {
-            let size = 480;
-            let bytes = preview::sheet(&document, shots, size);
-            let path = args.folder.join(format!("{}_{n}.png", person.name));
-            image::save_buffer(&path, &bytes, (size * shots.len()) as u32, size as u32, image::ExtendedColorType::Rgb8)
-                .map_err(std::io::Error::other)?;
-        }
-        std::fs::write(args.folder.join(format!("{}_texture.png", person.name)), &document.images[0])?;
+        let body = (Vec3::new(0.0, tall * 0.5, 0.0), tall * 1.08);
+        let face = (face, tall * person.build.head * 1.6);
+        draw_sheet(args, person.name, &person.make().0, body, face, ["idle", "walk", "run", person.strong])?;
+    }
+    for (kind, name) in beast::KINDS.into_iter().filter(|k| wanted(k.1)) {
+        let (body, face) = ((Vec3::new(0.0, 0.85, 0.2), 2.4), (Vec3::new(0.0, 1.35, 1.0), 0.8));
+        draw_sheet(args, name, &beast::make(kind, name).0, body, face, ["walk", "walk", "run", "graze"])?;
     }
     Ok(())
+}
+
+fn draw_sheet(args: &Args, name: &str, document: &Document, body: (Vec3, f32), face: (Vec3, f32), clips: [&str; 4]) -> std::io::Result<()> {
+    let primitive = &document.meshes[0].1[0];
+    println!(
+        "{name}: {} triangles, {} vertices, {} joints",
+        primitive.indices.len() / 3,
+        primitive.positions.len(),
+        document.joints.len()
+    );
+    let shot = |clip: &str, phase: f32, yaw: f32, (middle, span): (Vec3, f32)| preview::Shot {
+        clip: clip.into(),
+        phase,
+        yaw,
+        pitch: 6.0,
+        span,
+        middle,
+    };
+    let stand = clips[0];
+    let rows = [
+        [shot(stand, 0.0, 0.0, body), shot(stand, 0.0, 35.0, body), shot(stand, 0.0, 90.0, body), shot(stand, 0.0, 180.0, body)],
+        [shot("", 0.0, 0.0, face), shot("", 0.0, 40.0, face), shot("", 0.0, 90.0, face), shot("", 0.0, 0.0, body)],
+        [
+            shot(clips[1], 0.0, 70.0, body),
+            shot(clips[1], 0.3, 70.0, body),
+            shot(clips[2], 0.1, 70.0, body),
+            shot(clips[3], 0.5, 50.0, body),
+        ],
+    ];
+    for (n, shots) in rows.iter().enumerate() {
+        let size = 480;
+        let bytes = preview::sheet(document, shots, size);
+        let path = args.folder.join(format!("{name}_{n}.png"));
+        image::save_buffer(&path, &bytes, (size * shots.len()) as u32, size as u32, image::ExtendedColorType::Rgb8)
+            .map_err(std::io::Error::other)?;
+    }
+    std::fs::write(args.folder.join(format!("{name}_texture.png")), &document.images[0])
 }

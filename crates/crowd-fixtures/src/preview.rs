@@ -53,7 +53,9 @@ fn globals(doc: &Document, shot: &Shot) -> Vec<Mat4> {
         }
     }
     let mut out = vec![Mat4::IDENTITY; doc.nodes.len()];
-    let mut stack = vec![(0_usize, Mat4::IDENTITY)];
+    let child = |i: &usize| doc.nodes.iter().any(|n| n.children.contains(i));
+    let mut stack: Vec<(usize, Mat4)> =
+        (0..doc.nodes.len()).filter(|i| !child(i)).map(|i| (i, Mat4::IDENTITY)).collect();
     while let Some((i, parent)) = stack.pop() {
         out[i] = parent * Mat4::from_rotation_translation(local[i].1, local[i].0);
         stack.extend(doc.nodes[i].children.iter().map(|&c| (c, out[i])));
