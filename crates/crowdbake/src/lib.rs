@@ -1,1 +1,31 @@
 //! The command: plan, run the steps in order, report. The thin binary is `main.rs`.
+//!
+//! `cli` holds words, `plan` meanings, `bake` the steps; [`assemble`] is the only place where the results of the bake
+//! libraries become records of a pack. Data goes to stdout, talk to stderr; files appear whole or not at all.
+
+pub mod assemble;
+pub mod bake;
+pub mod cli;
+mod commands;
+pub mod crowd_toml;
+pub mod error;
+pub mod export;
+mod gather_primitives;
+mod glb;
+pub mod inspect;
+mod label;
+mod output;
+mod paint_error;
+pub mod picture;
+pub mod plan;
+pub mod pose;
+pub mod report;
+pub mod survey;
+mod talk;
+pub mod unpack;
+pub mod verify;
+mod views;
+
+pub use bake::{BakedCharacter, bake_character, bake_file};
+pub use commands::{run, run_in};
+pub use error::{BakeError, Cause, Step};

@@ -1,0 +1,376 @@
+//! The only place where the results of the bake become records of a pack.
+
+use crate::bake::{BakedCharacter, warning_sentence};
+use crate::error::{BakeError, Cause, Step};
+use crate::plan::criteria_name;
+use crowd_lod::{CollapseOrder, VertexClass};
+use crowd_pack::{
+    AnimationLayout, CharacterRecord, ClipRecord, ImageRecord, LodRecord, Manifest, ManifestBlocked, ManifestCharacter,
+    ManifestClip, ManifestJoint, ManifestLevel, ManifestMeasured, ManifestNode, ManifestPart, ManifestSeams,
+    ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord, material_flags, vertex_class,
+};
+use crowd_source::{ImageEncoding, RawClip, RawImage, RawInterpolation, RawMaterial, RawProperty, RawWrap};
+use std::collections::HashMap;
+
+/// Images start at multiples of this within their section.
+const IMAGE_ALIGNMENT: usize = 64;
+
+/// Puts characters into one pack, in the order given. The same characters give the same bytes.
+///
+/// # Errors
+/// A section would outgrow its 32-bit offsets.
+pub fn assemble(characters: &[BakedCharacter], layout: AnimationLayout) -> Result<PackContents, BakeError> {
+    let mut pack = Assembly::default();
+    pack.contents.manifest = Manifest {
+        generator: format!("crowdbake {}", env!("CARGO_PKG_VERSION")),
+        animation_layout: layout,
+        characters: Vec::new(),
+    };
+    for baked in characters {
+        pack.add_character(baked, layout).map_err(|cause| BakeError::of(Step::Assemble, &baked.name, cause))?;
+    }
+    Ok(pack.contents)
+}
+
+/// The pack so far, and where shared things lie in it.
+#[derive(Default)]
+struct Assembly {
+    contents: PackContents,
+    /// Images by their bytes: characters of one family often share a texture.
+    image_index: HashMap<Vec<u8>, u32>,
+    /// Runs of floats by their bits: characters of one rig often share their clips.
+    track_offset: HashMap<Vec<u32>, u32>,
+}
+
+impl Assembly {
+    fn add_character(&mut self, baked: &BakedCharacter, layout: AnimationLayout) -> Result<(), Cause> {
+        let order = &baked.order;
+        let coarsest = order.levels.first().copied().unwrap_or_default();
+        let materials = used_materials(order);
+        let out = &self.contents;
+        let record = CharacterRecord {
+            vertex_offset: offset("vertices", out.vertices.len(), order.vertex_source.len())?,
+            vertex_count: order.vertex_source.len() as u32,
+            triangle_offset: offset("triangles", out.triangles.len(), order.triangles.len())?,
+            triangle_count: order.triangles.len() as u32,
+            lod_offset: offset("LOD table", out.lods.len(), order.vertex_source.len() + 1)?,
+            min_vertex_count: coarsest.vertex_count,
+            min_triangle_count: coarsest.triangle_count,
+            joint_count: baked.raw.joints.len() as u32,
+            clip_offset: out.clips.len() as u32,
+            clip_count: baked.clips.len() as u32,
+            material_offset: out.materials.len() as u32,
+            material_count: materials.len() as u32,
+            sphere: sphere(baked.bounds),
+            box_min: baked.bounds.min,
+            height_m: baked.height_m,
+            box_max: baked.bounds.max,
+            inverse_bind_offset: out.inverse_binds.len() as u32,
+        };
+        self.contents.vertices.extend(vertex_records(baked, &materials));
+        self.contents.triangles.extend_from_slice(&order.triangles);
+        self.contents.collapse_map.extend_from_slice(&order.collapse_map);
+        self.contents.lods.extend(lod_table(order));
+        self.add_clips(baked, layout)?;
+        for &material in &materials {
+            let material = self.material_record(&baked.raw.materials[usize::from(material)], &baked.raw.images);
+            self.contents.materials.push(material);
+        }
+        let manifest = self.manifest_character(baked, &materials)?;
+        self.contents.characters.push(record);
+        self.contents.manifest.characters.push(manifest);
+        Ok(())
+    }
+
+    fn add_clips(&mut self, baked: &BakedCharacter, layout: AnimationLayout) -> Result<(), Cause> {
+        for (clip, bounds) in baked.clips.iter().zip(&baked.clip_bounds) {
+            let texels: &[[f32; 4]] = match layout {
+                AnimationLayout::Premultiplied3x4 => bytemuck::cast_slice(&clip.palettes),
+                AnimationLayout::Split4x4 => bytemuck::cast_slice(&clip.worlds),
+            };
+            let record = ClipRecord {
+                texel_offset: offset("animation texels", self.contents.animation.len(), texels.len())?,
+                frame_count: clip.frame_count,
+                duration_s: clip.duration_s,
+                root_speed_m_s: clip.root_motion.speed_m_s,
+                sphere: sphere(*bounds),
+                root_displacement_m: clip.root_motion.displacement_m,
+                loop_gap_m: clip.loop_gap_m,
+            };
+            self.contents.animation.extend_from_slice(texels);
+            self.contents.clips.push(record);
+        }
+        if layout == AnimationLayout::Split4x4 {
+            for joint in &baked.raw.joints {
+                let columns: [[f32; 4]; 4] = bytemuck::cast(joint.inverse_bind);
+                let row = |r: usize| std::array::from_fn(|c| columns[c][r]);
+                self.contents.inverse_binds.extend((0..4).map(row));
+            }
+        }
+        Ok(())
+    }
+
+    fn material_record(&mut self, material: &RawMaterial, images: &[RawImage]) -> MaterialRecord {
+        use material_flags::{DOUBLE_SIDED, FLAT, UNLIT, WRAP_U_SHIFT, WRAP_V_SHIFT};
+        let bit = |set: bool, bit: u32| if set { bit } else { 0 };
+        let mut flags =
+            bit(material.double_sided, DOUBLE_SIDED) | bit(material.unlit, UNLIT) | bit(material.flat_normals, FLAT);
+        let mut image = NONE;
+        if let Some(texture) = material.texture {
+            flags |= (wrap_code(texture.wrap_u) << WRAP_U_SHIFT) | (wrap_code(texture.wrap_v) << WRAP_V_SHIFT);
+            image = self.image(&images[texture.image as usize]);
+        }
+        let alpha_cutoff = material.alpha_cutoff.unwrap_or(0.0);
+        MaterialRecord { base_color: material.base_color, image, flags, alpha_cutoff, reserved: 0 }
+    }
+
+    /// The index of an image, stored once however many characters use it.
+    fn image(&mut self, image: &RawImage) -> u32 {
+        if let Some(&index) = self.image_index.get(&image.bytes) {
+            return index;
+        }
+        let out = &mut self.contents;
+        out.image_bytes.resize(out.image_bytes.len().next_multiple_of(IMAGE_ALIGNMENT), 0);
+        out.images.push(ImageRecord {
+            byte_offset: out.image_bytes.len() as u64,
+            byte_count: image.bytes.len() as u64,
+            width: image.width,
+            height: image.height,
+            encoding: match image.encoding {
+                ImageEncoding::Png => 0,
+                ImageEncoding::Jpeg => 1,
+                ImageEncoding::WebP => 2,
+            },
+            reserved: 0,
+        });
+        out.image_bytes.extend_from_slice(&image.bytes);
+        let index = out.images.len() as u32 - 1;
+        self.image_index.insert(image.bytes.clone(), index);
+        index
+    }
+
+    /// The offset of a run of floats, stored once however many tracks use it.
+    fn track_floats(&mut self, floats: &[f32]) -> Result<u32, Cause> {
+        let bits: Vec<u32> = floats.iter().map(|float| float.to_bits()).collect();
+        if let Some(&offset) = self.track_offset.get(&bits) {
+            return Ok(offset);
+        }
+        let offset = offset("track values", self.contents.track_values.len(), floats.len())?;
+        self.contents.track_values.extend_from_slice(floats);
+        self.track_offset.insert(bits, offset);
+        Ok(offset)
+    }
+
+    fn manifest_clip(&mut self, clip: &RawClip) -> Result<ManifestClip, Cause> {
+        let mut tracks = Vec::with_capacity(clip.tracks.len());
+        for track in &clip.tracks {
+            tracks.push(ManifestTrack {
+                node: track.node,
+                property: match track.property {
+                    RawProperty::Translation => 0,
+                    RawProperty::Rotation => 1,
+                    RawProperty::Scale => 2,
+                },
+                interpolation: match track.interpolation {
+                    RawInterpolation::Step => 0,
+                    RawInterpolation::Linear => 1,
+                    RawInterpolation::CubicSpline => 2,
+                },
+                time_offset: self.track_floats(&track.times)?,
+                key_count: track.times.len() as u32,
+                value_offset: self.track_floats(&track.values)?,
+                value_count: track.values.len() as u32,
+            });
+        }
+        Ok(ManifestClip { name: clip.name.clone(), tracks })
+    }
+
+    fn manifest_character(&mut self, baked: &BakedCharacter, materials: &[u16]) -> Result<ManifestCharacter, Cause> {
+        let (raw, order) = (&baked.raw, &baked.order);
+        let clips = if raw.clips.is_empty() {
+            baked.clips.iter().map(|clip| ManifestClip { name: clip.name.clone(), tracks: Vec::new() }).collect()
+        } else {
+            raw.clips.iter().map(|clip| self.manifest_clip(clip)).collect::<Result<_, _>>()?
+        };
+        let nodes = raw.nodes.iter().map(|node| ManifestNode {
+            name: node.name.clone(),
+            parent: node.parent,
+            translation: node.translation,
+            rotation: node.rotation,
+            scale: node.scale,
+        });
+        let joints = raw.joints.iter().map(|j| ManifestJoint { node: j.node, inverse_bind: j.inverse_bind });
+        let parts = raw.mesh.parts.iter().filter_map(|part| {
+            let material = materials.binary_search(&(part.material as u16)).ok()? as u32;
+            let (triangle_count, rigid) = (part.triangle_count, part.rigid);
+            Some(ManifestPart { name: part.name.clone(), material, triangle_count, rigid })
+        });
+        let levels = order.levels.iter().map(|level| ManifestLevel {
+            vertex_count: level.vertex_count,
+            triangle_count: level.triangle_count,
+            error_m: level.error_m,
+        });
+        let measured = order.measured.iter().map(|level| {
+            let (max_clip, max_frame) = clip_of_frame(baked, level.error.max_frame);
+            ManifestMeasured {
+                vertex_count: level.vertex_count,
+                triangle_count: level.triangle_count,
+                rms_m: level.error.rms_m,
+                max_m: level.error.max_m,
+                max_clip,
+                max_frame,
+            }
+        });
+        let blocked = order.blocked;
+        Ok(ManifestCharacter {
+            name: baked.name.clone(),
+            source: baked.source.clone(),
+            nodes: nodes.collect(),
+            joints: joints.collect(),
+            clips,
+            materials: materials.iter().map(|&m| raw.materials[usize::from(m)].name.clone()).collect(),
+            parts: parts.collect(),
+            criteria: criteria_name(baked.criteria).to_owned(),
+            fps: baked.fps,
+            seams: manifest_seams(order),
+            levels: levels.collect(),
+            measured: measured.collect(),
+            samples_per_frame: baked.lod_options.samples_per_frame,
+            measured_frames: baked.lod_options.measured_frames,
+            blocked: ManifestBlocked {
+                fixed: blocked.fixed,
+                seam: blocked.seam,
+                topology: blocked.topology,
+                flip: blocked.flip,
+            },
+            warnings: baked.warnings.iter().map(warning_sentence).collect(),
+        })
+    }
+}
+
+/// Materials that some vertex uses, rising; unused ones and their images stay out of the pack.
+fn used_materials(order: &CollapseOrder) -> Vec<u16> {
+    let mut used = order.vertex_materials.clone();
+    used.sort_unstable();
+    used.dedup();
+    used
+}
+
+fn vertex_records<'a>(baked: &'a BakedCharacter, materials: &'a [u16]) -> impl Iterator<Item = VertexRecord> + 'a {
+    let order = &baked.order;
+    (0..order.vertex_source.len()).map(move |vertex| {
+        let material = materials
+            .binary_search(&order.vertex_materials[vertex])
+            .expect("used_materials lists the material of every vertex") as u32;
+        let class = match order.vertex_classes[vertex] {
+            VertexClass::Regular => vertex_class::REGULAR,
+            VertexClass::Companion => vertex_class::COMPANION,
+            VertexClass::Fixed => vertex_class::FIXED,
+        };
+        let source = order.vertex_source[vertex] as usize;
+        VertexRecord { material_class: material | (class << 16), ..baked.mesh.records[source] }
+    })
+}
+
+/// Entry `k`: the largest level of at most `k` vertices, or the coarsest one.
+fn lod_table(order: &CollapseOrder) -> Vec<LodRecord> {
+    let vertex_count = order.vertex_source.len();
+    let mut table = Vec::with_capacity(vertex_count + 1);
+    let mut level = 0;
+    for k in 0..=vertex_count as u32 {
+        while order.levels.get(level + 1).is_some_and(|next| next.vertex_count <= k) {
+            level += 1;
+        }
+        let chosen = order.levels.get(level).copied().unwrap_or_default();
+        table.push(LodRecord { vertex_count: chosen.vertex_count, triangle_count: chosen.triangle_count });
+    }
+    table
+}
+
+fn manifest_seams(order: &CollapseOrder) -> ManifestSeams {
+    let seams = &order.seams;
+    ManifestSeams {
+        position_count: seams.position_count,
+        wedge_count: seams.wedge_count,
+        seam_position_count: seams.seam_position_count,
+        fixed_count: seams.fixed_count,
+        border_count: seams.border_count,
+        companion_count: seams.companion_count,
+        regular_count: seams.regular_count,
+        degenerate_triangle_count: seams.degenerate_triangle_count,
+        non_manifold_edge_count: seams.non_manifold_edge_count,
+    }
+}
+
+/// Clip, and frame within it, of a frame counted over all clips.
+fn clip_of_frame(baked: &BakedCharacter, mut frame: u32) -> (u32, u32) {
+    for (index, clip) in baked.clips.iter().enumerate() {
+        if frame < clip.frame_count {
+            return (index as u32, frame);
+        }
+        frame -= clip.frame_count;
+    }
+    (0, 0)
+}
+
+fn sphere(bounds: crowd_anim::Bounds) -> [f32; 4] {
+    let [x, y, z] = bounds.center;
+    [x, y, z, bounds.radius]
+}
+
+fn wrap_code(wrap: RawWrap) -> u32 {
+    match wrap {
+        RawWrap::Repeat => 0,
+        RawWrap::Clamp => 1,
+        RawWrap::Mirror => 2,
+    }
+}
+
+/// The next offset of a section, if what follows still fits under 32-bit offsets.
+fn offset(what: &'static str, have: usize, more: usize) -> Result<u32, Cause> {
+    match u32::try_from(have + more) {
+        Ok(_) => Ok(have as u32),
+        Err(_) => Err(Cause::Limit {
+            what,
+            found: (have + more) as u64,
+            allowed: u32::MAX.into(),
+            remedy: "bake fewer characters into one pack",
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crowd_lod::Level;
+
+    #[test]
+    fn the_table_never_splits_a_level() {
+        let level = |vertex_count, triangle_count| Level { vertex_count, triangle_count, error_m: 0.0 };
+        let order = CollapseOrder {
+            vertex_source: vec![0; 6],
+            levels: vec![level(2, 1), level(4, 3), level(6, 5)],
+            ..CollapseOrder::default()
+        };
+        let counts: Vec<_> = lod_table(&order).iter().map(|l| (l.vertex_count, l.triangle_count)).collect();
+        assert_eq!(counts, [(2, 1), (2, 1), (2, 1), (2, 1), (4, 3), (4, 3), (6, 5)]);
+    }
+
+    #[test]
+    fn floats_and_images_are_stored_once() {
+        let mut pack = Assembly::default();
+        assert_eq!(pack.track_floats(&[0.0, 1.0]).unwrap(), 0);
+        assert_eq!(pack.track_floats(&[0.0, 2.0]).unwrap(), 2);
+        assert_eq!(pack.track_floats(&[0.0, 1.0]).unwrap(), 0);
+        assert_eq!(pack.contents.track_values.len(), 4);
+        let image = |byte| RawImage {
+            name: "i".into(),
+            encoding: ImageEncoding::Png,
+            width: 1,
+            height: 1,
+            bytes: vec![byte; 10],
+        };
+        assert_eq!([pack.image(&image(1)), pack.image(&image(2)), pack.image(&image(1))], [0, 1, 0]);
+        assert_eq!(pack.contents.images[1].byte_offset, 64);
+    }
+}

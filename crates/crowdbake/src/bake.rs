@@ -1,0 +1,367 @@
+//! The steps of a bake, in order: load, select clips, sample, quantize, simplify, bound.
+
+use crate::error::{BakeError, Cause, Step};
+use crate::plan::{Plan, PlanEntry};
+use crate::pose::{Mat3x4, pose_positions};
+use crate::talk::Talk;
+use crate::views::{self, QuantizedMesh};
+use crowd_anim::{Bounds, SampledClip};
+use crowd_lod::{CollapseOrder, Criteria, LodMesh, LodOptions, LodPoses};
+use crowd_pack::{AnimationLayout, PackContents};
+use crowd_source::{Limits, RawCharacter, RawClip, Warning};
+use rayon::prelude::*;
+use std::path::Path;
+use std::time::Instant;
+
+/// Matrices over all frames of one character: bounds what sampling may allocate (96 bytes each, 1.5 GiB).
+const MATRICES: u64 = 1 << 24;
+
+/// Seconds that a step took.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct StepTime {
+    /// The step.
+    pub step: Step,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+/// A character after all steps, before it becomes records.
+#[derive(Debug)]
+pub struct BakedCharacter {
+    /// Name in the pack.
+    pub name: String,
+    /// File name of the asset, without folder.
+    pub source: String,
+    /// Criteria of the order.
+    pub criteria: Criteria,
+    /// Frames a second asked for.
+    pub fps: f32,
+    /// The character as read; only the clips kept.
+    pub raw: RawCharacter,
+    /// Its vertices as stored.
+    pub mesh: QuantizedMesh,
+    /// The sampled clips, one per clip of `raw`; a single pose at rest when there is none.
+    pub clips: Vec<SampledClip>,
+    /// Matrices of the pose at rest.
+    pub rest_palette: Vec<Mat3x4>,
+    /// The order.
+    pub order: CollapseOrder,
+    /// How its levels were measured.
+    pub lod_options: LodOptions,
+    /// Bounds of each clip.
+    pub clip_bounds: Vec<Bounds>,
+    /// Bounds over all clips.
+    pub bounds: Bounds,
+    /// Height of the pose at rest, metres.
+    pub height_m: f32,
+    /// Warnings of the import and the bake.
+    pub warnings: Vec<Warning>,
+    /// How long each step took.
+    pub steps: Vec<StepTime>,
+}
+
+/// Told about each step and the share of it that is done, 0..=1.
+pub type Watch<'a> = &'a (dyn Fn(Step, f32) + Sync);
+
+/// Bakes one asset with the defaults: what tests and tools need most.
+///
+/// # Errors
+/// The first step that refuses the character.
+pub fn bake_file(path: &Path) -> Result<PackContents, BakeError> {
+    let baked = bake_character(&PlanEntry::of_file(path), false, &|_, _| {})?;
+    crate::assemble::assemble(&[baked], AnimationLayout::default())
+}
+
+/// Bakes the characters of a plan, several at a time. Results stand in the plan's order, whatever thread made them.
+pub(crate) fn bake_plan(plan: &Plan, strict: bool, talk: &Talk<'_>) -> Vec<Result<BakedCharacter, BakeError>> {
+    plan.entries
+        .par_iter()
+        .map(|entry| {
+            let started = Instant::now();
+            let watch = ShareWatch::new(talk, &entry.name);
+            let result = bake_character(entry, strict, &|step, share| watch.tell(step, share));
+            watch.finish();
+            match &result {
+                Ok(baked) => say_baked(talk, baked, started.elapsed().as_secs_f64()),
+                Err(error) => talk.error(error),
+            }
+            result
+        })
+        .collect()
+}
+
+/// Bakes one character.
+///
+/// # Errors
+/// The first step that refuses it.
+pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Result<BakedCharacter, BakeError> {
+    let name = entry.name.as_str();
+    let mut clock = Clock { steps: Vec::new(), since: Instant::now(), watch };
+
+    let mut raw = crowd_source::load_character(&entry.path, &Limits::default())
+        .map_err(|error| BakeError::of(Step::Load, name, error))?;
+    let mut warnings = std::mem::take(&mut raw.warnings);
+    if strict && !warnings.is_empty() {
+        let warnings = warnings.iter().map(warning_sentence).collect();
+        return Err(BakeError::of(Step::Load, name, Cause::Warned { warnings }));
+    }
+    clock.lap(Step::Load);
+
+    if let Some(patterns) = &entry.clips {
+        raw.clips = select_clips(std::mem::take(&mut raw.clips), patterns)
+            .map_err(|cause| BakeError::of(Step::SelectClips, name, cause))?;
+    }
+    clock.lap(Step::SelectClips);
+
+    let (clips, rest_palette) =
+        sample_clips(&raw, entry.fps).map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
+    clock.lap(Step::Sample);
+
+    let mesh = views::quantize(&raw.mesh);
+    clock.lap(Step::Quantize);
+
+    let lod_options = LodOptions { criteria: entry.criteria, ..LodOptions::default() };
+    let order = simplify(&raw, &mesh, &clips, &lod_options, watch)
+        .map_err(|error| BakeError::of(Step::Simplify, name, error))?;
+    warnings.extend(warn_of_high_floor(&order));
+    clock.lap(Step::Simplify);
+
+    let clip_bounds: Vec<Bounds> = clips.par_iter().map(|clip| bound_clip(&mesh, &order, clip, &raw)).collect();
+    let bounds = crowd_anim::union_bounds(&clip_bounds);
+    let height_m = height_at_rest(&mesh, &order, &rest_palette);
+    clock.lap(Step::Bound);
+
+    Ok(BakedCharacter {
+        name: name.to_owned(),
+        source: entry.path.file_name().map(|file| file.to_string_lossy().into_owned()).unwrap_or_default(),
+        criteria: entry.criteria,
+        fps: entry.fps,
+        raw,
+        mesh,
+        clips,
+        rest_palette,
+        order,
+        lod_options,
+        clip_bounds,
+        bounds,
+        height_m,
+        warnings,
+        steps: clock.steps,
+    })
+}
+
+/// A warning in one sentence.
+pub fn warning_sentence(warning: &Warning) -> String {
+    format!("{}: {}: {}", warning.code, warning.place, warning.message)
+}
+
+/// Clips whose name equals one of `patterns` or matches it; all patterns must find something.
+fn select_clips(clips: Vec<RawClip>, patterns: &[String]) -> Result<Vec<RawClip>, Cause> {
+    let mut kept = vec![false; clips.len()];
+    for asked in patterns {
+        let pattern = glob::Pattern::new(asked).ok();
+        let matches = |name: &str| name == asked || pattern.as_ref().is_some_and(|pattern| pattern.matches(name));
+        let mut any = false;
+        for (clip, kept) in clips.iter().zip(&mut kept) {
+            if matches(&clip.name) {
+                *kept = true;
+                any = true;
+            }
+        }
+        if !any {
+            let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
+            let found = if names.is_empty() { "no clips at all".to_owned() } else { names.join(", ") };
+            return Err(Cause::ClipNotFound { asked: asked.clone(), found });
+        }
+    }
+    Ok(clips.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(clip, _)| clip).collect())
+}
+
+/// Samples all clips, or the pose at rest where there is none; and the pose at rest for pictures and the height.
+fn sample_clips(raw: &RawCharacter, fps: f32) -> Result<(Vec<SampledClip>, Vec<Mat3x4>), Cause> {
+    let frames = raw.clips.iter().map(|clip| (f64::from(views::clip_end_s(clip)) * f64::from(fps)).ceil() + 1.0);
+    let matrices = frames.sum::<f64>() * raw.joints.len() as f64;
+    if matches!(matrices.partial_cmp(&(MATRICES as f64)), None | Some(std::cmp::Ordering::Greater)) {
+        return Err(Cause::Limit {
+            what: "matrices over all frames",
+            found: matrices as u64,
+            allowed: MATRICES,
+            remedy: "keep fewer clips with --clips or sample with a lower --fps",
+        });
+    }
+    let (skeleton, joints) = (views::skeleton_of(raw), views::joints_of(raw));
+    let rest = crowd_anim::rest_clip(&skeleton, &joints)?;
+    let rest_palette = rest.palettes.clone();
+    if raw.clips.is_empty() {
+        return Ok((vec![rest], rest_palette));
+    }
+    let sampled: Result<Vec<_>, _> = raw
+        .clips
+        .par_iter()
+        .map(|clip| crowd_anim::sample_clip(&skeleton, &joints, &views::clip_view(clip), fps))
+        .collect();
+    Ok((sampled?, rest_palette))
+}
+
+fn simplify(
+    raw: &RawCharacter,
+    mesh: &QuantizedMesh,
+    clips: &[SampledClip],
+    options: &LodOptions,
+    watch: Watch<'_>,
+) -> Result<CollapseOrder, crowd_lod::Error> {
+    let triangle_materials = views::triangle_materials(&raw.mesh);
+    let lod_mesh = LodMesh {
+        positions: &mesh.positions,
+        normals: &mesh.normals,
+        uvs: &raw.mesh.uvs,
+        colors: &raw.mesh.colors,
+        joints: &mesh.joints,
+        weights: &mesh.weights,
+        triangles: &raw.mesh.triangles,
+        triangle_materials: &triangle_materials,
+    };
+    let palettes: Vec<Mat3x4> = clips.iter().flat_map(|clip| clip.palettes.iter().copied()).collect();
+    let frame_counts: Vec<u32> = clips.iter().map(|clip| clip.frame_count).collect();
+    let poses = LodPoses {
+        palettes: &palettes,
+        joint_count: raw.joints.len(),
+        frame_weights: &views::frame_weights(&frame_counts),
+    };
+    crowd_lod::simplify(&lod_mesh, &poses, options, &|share| watch(Step::Simplify, share))
+}
+
+/// Says so when the coarsest level is far from a crowd's far field, and why.
+fn warn_of_high_floor(order: &CollapseOrder) -> Option<Warning> {
+    let (coarsest, full) = (order.levels.first()?.triangle_count, order.levels.last()?.triangle_count);
+    if f64::from(coarsest) <= f64::from(full) * 0.1 {
+        return None;
+    }
+    let b = order.blocked;
+    Some(Warning {
+        code: "coarsest-level-high",
+        place: "mesh".to_owned(),
+        count: coarsest.into(),
+        message: format!(
+            "the coarsest level keeps {coarsest} of {full} triangles ({:.0} %); {}",
+            100.0 * f64::from(coarsest) / f64::from(full),
+            blocked_sentence(b.fixed, b.seam, b.topology, b.flip)
+        ),
+    })
+}
+
+/// What keeps the coarsest level from going further, in words.
+pub fn blocked_sentence(fixed: u32, seam: u32, topology: u32, flip: u32) -> String {
+    format!(
+        "positions that cannot move: {fixed} on open borders or of class fixed, {seam} on seams without a partner, \
+         {topology} that would change the topology, {flip} that would flip a triangle"
+    )
+}
+
+fn bound_clip(mesh: &QuantizedMesh, order: &CollapseOrder, clip: &SampledClip, raw: &RawCharacter) -> Bounds {
+    let used = |vertex: &u32| *vertex as usize;
+    let positions: Vec<_> = order.vertex_source.iter().map(used).map(|vertex| mesh.positions[vertex]).collect();
+    let joints: Vec<_> = order.vertex_source.iter().map(used).map(|vertex| mesh.joints[vertex]).collect();
+    let weights: Vec<_> = order.vertex_source.iter().map(used).map(|vertex| mesh.weights[vertex]).collect();
+    crowd_anim::animated_bounds(&positions, &joints, &weights, &clip.palettes, raw.joints.len())
+}
+
+fn height_at_rest(mesh: &QuantizedMesh, order: &CollapseOrder, rest_palette: &[Mat3x4]) -> f32 {
+    let posed = pose_positions(&mesh.positions, &mesh.joints, &mesh.weights, rest_palette);
+    let heights = order.vertex_source.iter().map(|&vertex| posed[vertex as usize][1]);
+    let (low, high) = heights.fold((f32::MAX, f32::MIN), |(low, high), y| (low.min(y), high.max(y)));
+    (high - low).max(0.0)
+}
+
+fn say_baked(talk: &Talk<'_>, baked: &BakedCharacter, seconds: f64) {
+    let (full, coarsest) = (baked.order.levels.last(), baked.order.levels.first());
+    let (full, coarsest) = (full.copied().unwrap_or_default(), coarsest.copied().unwrap_or_default());
+    talk.note(format_args!(
+        "{}: {} triangles down to {}, {} vertices down to {}, {} clip(s), {seconds:.1} s",
+        baked.name,
+        full.triangle_count,
+        coarsest.triangle_count,
+        full.vertex_count,
+        coarsest.vertex_count,
+        baked.clips.len(),
+    ));
+    for warning in &baked.warnings {
+        talk.warn(format_args!("{}: {}", baked.name, warning_sentence(warning)));
+    }
+    for step in &baked.steps {
+        talk.detail(format_args!("  {}: {} {:.3} s", baked.name, step.step.name(), step.seconds));
+    }
+}
+
+/// Measures steps.
+struct Clock<'a> {
+    steps: Vec<StepTime>,
+    since: Instant,
+    watch: Watch<'a>,
+}
+
+impl Clock<'_> {
+    fn lap(&mut self, step: Step) {
+        self.steps.push(StepTime { step, seconds: self.since.elapsed().as_secs_f64() });
+        self.since = Instant::now();
+        (self.watch)(step, 1.0);
+    }
+}
+
+/// Turns steps into the share of a character on the progress bar: nearly all of the time goes into simplification.
+struct ShareWatch<'a, 't> {
+    talk: &'a Talk<'t>,
+    name: &'a str,
+    done: std::sync::Mutex<f32>,
+}
+
+impl<'a, 't> ShareWatch<'a, 't> {
+    fn new(talk: &'a Talk<'t>, name: &'a str) -> Self {
+        Self { talk, name, done: std::sync::Mutex::new(0.0) }
+    }
+
+    fn tell(&self, step: Step, share: f32) {
+        let (start, length) = match step {
+            Step::Load => (0.0, 0.04),
+            Step::SelectClips | Step::Sample => (0.04, 0.06),
+            Step::Quantize => (0.1, 0.0),
+            Step::Simplify => (0.1, 0.85),
+            _ => (0.95, 0.05),
+        };
+        self.reach(start + length * share.clamp(0.0, 1.0), step.name());
+    }
+
+    fn finish(&self) {
+        self.reach(1.0, "done");
+    }
+
+    fn reach(&self, share: f32, step: &str) {
+        let mut done = self.done.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if share > *done {
+            self.talk.advance(share - *done, self.name, step);
+            *done = share;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clips(names: &[&str]) -> Vec<RawClip> {
+        names.iter().map(|name| RawClip { name: (*name).to_owned(), tracks: Vec::new() }).collect()
+    }
+
+    #[test]
+    fn clips_keep_their_order_and_every_pattern_must_match() {
+        let all = || clips(&["Idle", "Walking_A", "Run", "Walking_B", "odd[name]"]);
+        let kept = select_clips(all(), &["Run".into(), "Walk*".into(), "odd[name]".into()]).unwrap();
+        assert_eq!(
+            kept.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
+            ["Walking_A", "Run", "Walking_B", "odd[name]"]
+        );
+        let refusal = select_clips(all(), &["Idle".into(), "Swim".into()]).unwrap_err().to_string();
+        assert!(refusal.contains("`Swim`") && refusal.contains("Walking_A"), "{refusal}");
+        assert!(select_clips(Vec::new(), &["Idle".into()]).unwrap_err().to_string().contains("no clips at all"));
+    }
+}

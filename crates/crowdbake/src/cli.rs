@@ -1,0 +1,344 @@
+//! The words of the command line. What they mean is in `plan`.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Frames a second at which clips are sampled unless told otherwise.
+pub const DEFAULT_FPS: f32 = 30.0;
+
+/// Bakes rigged, textured characters into packs with a continuous level of detail.
+#[derive(Debug, Parser)]
+#[command(name = "crowdbake", version, max_term_width = 110, after_help = EXAMPLES, propagate_version = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Say nothing but errors.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Say what each step does and how long it takes.
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  crowdbake bake knight.glb -o knight.crowdpack           one character
+  crowdbake bake characters/ 'more/*.gltf' -o cast.crowdpack   folders and patterns
+  crowdbake inspect cast.crowdpack                        what is in it
+  crowdbake export cast.crowdpack --character knight --ratio 0.1 -o low.glb
+  crowdbake picture cast.crowdpack -o levels.png          see the levels
+  crowdbake verify cast.crowdpack                         check every promise
+
+Exit codes: 0 done, 1 an input was refused, 2 wrong command line, 3 an output could not be written,
+4 verification failed. A batch goes on past a refused file, writes the good ones, and ends with the worst code.
+Data goes to standard output, talk to standard error. NO_COLOR and a closed pipe are respected.";
+
+/// The verbs.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Bake characters into one pack.
+    #[command(after_help = BAKE_EXAMPLES)]
+    Bake(BakeArgs),
+    /// Show what is in a pack or in a source asset.
+    #[command(after_help = INSPECT_EXAMPLES)]
+    Inspect(InspectArgs),
+    /// Check a pack: checksums, records, every promise of its levels, its measured errors.
+    #[command(after_help = "Example:\n  crowdbake verify cast.crowdpack --json | jq .checks")]
+    Verify(VerifyArgs),
+    /// Write a level of a character as a glTF binary with skin, clips and textures.
+    #[command(after_help = EXPORT_EXAMPLES)]
+    Export(ExportArgs),
+    /// Draw levels of detail side by side.
+    #[command(after_help = PICTURE_EXAMPLES)]
+    Picture(PictureArgs),
+    /// Bake every asset of a folder under both criteria and write a table of the results.
+    #[command(after_help = "Example:\n  crowdbake survey assets/ -o REAL_ASSETS.md --pictures pictures/")]
+    Survey(SurveyArgs),
+    /// Show what a bake would do, as a crowd.toml.
+    #[command(after_help = "Example:\n  crowdbake print-config characters/ --fps 24 > crowd.toml")]
+    PrintConfig(PrintConfigArgs),
+    /// Write completions for a shell to standard output.
+    #[command(after_help = "Example:\n  crowdbake completions bash > /etc/bash_completion.d/crowdbake")]
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+const BAKE_EXAMPLES: &str = "\
+Inputs:
+  file.glb file.gltf file.obj   one character each
+  folder/                       every .glb, .gltf and .obj in it and below it, in order of their paths
+  'folder/*.glb'                a pattern (* ? [a-z] and ** for any depth), quoted so that the shell leaves it alone
+  crowd.toml                    a manifest; paths in it are relative to it:
+      [defaults]                    # all keys are optional
+      fps = 30
+      criteria = \"wedge\"            # or \"peng2011\"
+      [[characters]]
+      source = \"knight.glb\"
+      name = \"knight\"               # default: the file's stem
+      clips = [\"Idle\", \"Walk*\"]     # default: all; also fps, criteria
+  The command line wins over a [[characters]] entry, and that over [defaults].
+
+Examples:
+  crowdbake bake knight.glb wolf.glb -o cast.crowdpack
+  crowdbake bake crowd.toml -o cast.crowdpack --report bake.json
+  crowdbake bake characters/ -o cast.crowdpack --clips 'Idle,Walk*,Run*' --fps 24";
+
+const INSPECT_EXAMPLES: &str = "\
+Examples:
+  crowdbake inspect cast.crowdpack
+  crowdbake inspect knight.glb                            without baking: counts, seams, classes, clips
+  crowdbake inspect cast.crowdpack --json | jq '.characters[].name'";
+
+const EXPORT_EXAMPLES: &str = "\
+Examples:
+  crowdbake export knight.crowdpack --triangles 1500 -o knight_low.glb
+  crowdbake export cast.crowdpack --character knight --ratio 0.1 -o knight_10.glb
+  crowdbake export cast.crowdpack --character knight --lods 1,0.5,0.25,0.1 -o knight.glb
+                                                          writes knight.lod0.glb to knight.lod3.glb
+The largest level within the target is written. Where no level is small enough the coarsest one is, with a warning;
+with --strict that is an error.";
+
+const PICTURE_EXAMPLES: &str = "\
+Examples:
+  crowdbake picture knight.glb -o levels.png              100, 25, 10 and 5 % at rest
+  crowdbake picture cast.crowdpack --character knight --clip Walk --time 0.4 -o walk.png
+  crowdbake picture knight.glb --clip bind --clip Walk --clip Run -o rows.png
+  crowdbake picture knight.glb --paint classes -o seams.png";
+
+/// Options that say how to bake; shared by everything that bakes.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "How to bake")]
+pub struct BakeOptions {
+    /// Which collapses are allowed [default: wedge].
+    #[arg(long, value_enum, value_name = "RULE")]
+    pub criteria: Option<CriteriaWord>,
+    /// Frames a second at which clips are sampled, 1 to 240 [default: 30].
+    #[arg(long, value_parser = parse_fps, value_name = "N")]
+    pub fps: Option<f32>,
+    /// Clips to keep: names or patterns, separated by commas [default: all].
+    #[arg(long, value_delimiter = ',', value_name = "CLIP,...")]
+    pub clips: Option<Vec<String>>,
+}
+
+/// Peng's criteria or ours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CriteriaWord {
+    /// Test the wedges of each collapse: reaches low counts on real assets.
+    Wedge,
+    /// The classes of Peng 2011, section 4.2, to the letter.
+    Peng2011,
+}
+
+/// `bake`.
+#[derive(Debug, Args)]
+pub struct BakeArgs {
+    /// Assets, folders, patterns or crowd.toml manifests.
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    /// The pack to write; replaced whole or not at all.
+    #[arg(short, long, value_name = "OUT.crowdpack")]
+    pub output: PathBuf,
+    /// How to bake.
+    #[command(flatten)]
+    pub options: BakeOptions,
+    /// How the pack stores a joint's matrix [default: 3x4].
+    #[arg(long, value_enum, value_name = "LAYOUT", help_heading = "How to bake")]
+    pub animation_layout: Option<LayoutWord>,
+    /// Refuse a character whose import warns.
+    #[arg(long, help_heading = "How to bake")]
+    pub strict: bool,
+    /// Threads; 0 for one a core. The pack's bytes do not depend on it.
+    #[arg(short, long, default_value_t = 0, value_name = "N", help_heading = "How to bake")]
+    pub jobs: usize,
+    /// Write a report (JSON): steps and their seconds, counts before and after, warnings.
+    #[arg(long, value_name = "FILE.json", help_heading = "Reporting")]
+    pub report: Option<PathBuf>,
+    /// Print the report to standard output.
+    #[arg(long, help_heading = "Reporting")]
+    pub json: bool,
+}
+
+/// How the animation section stores matrices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LayoutWord {
+    /// Three texels a joint, inverse bind matrix multiplied in.
+    #[value(name = "3x4")]
+    Premultiplied3x4,
+    /// Four texels a joint and inverse bind matrices apart, as in Dong 2019.
+    #[value(name = "4x4")]
+    Split4x4,
+}
+
+/// `inspect`.
+#[derive(Debug, Args)]
+pub struct InspectArgs {
+    /// A pack or an asset.
+    #[arg(value_name = "PACK|ASSET")]
+    pub input: PathBuf,
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `verify`.
+#[derive(Debug, Args)]
+pub struct VerifyArgs {
+    /// The pack.
+    #[arg(value_name = "PACK")]
+    pub pack: PathBuf,
+    /// Levels looked at for each character, spread over all of them.
+    #[arg(long, default_value_t = 48, value_name = "N")]
+    pub levels: usize,
+    /// Print JSON instead of lines.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `export`.
+#[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("target").required(true).args(["triangles", "ratio", "vertices", "lods"])))]
+pub struct ExportArgs {
+    /// A pack, or an asset to be baked on the way.
+    #[arg(value_name = "PACK|ASSET")]
+    pub input: PathBuf,
+    /// The character; may be left out when there is one.
+    #[arg(long, value_name = "NAME")]
+    pub character: Option<String>,
+    /// At most so many triangles.
+    #[arg(long, value_name = "N", help_heading = "Which level")]
+    pub triangles: Option<u32>,
+    /// At most this share of the triangles, above 0 and up to 1.
+    #[arg(long, value_name = "R", value_parser = parse_ratio, help_heading = "Which level")]
+    pub ratio: Option<f64>,
+    /// At most so many vertices.
+    #[arg(long, value_name = "K", help_heading = "Which level")]
+    pub vertices: Option<u32>,
+    /// Several shares; one file each.
+    #[arg(long, value_name = "R,...", value_delimiter = ',', value_parser = parse_ratio, help_heading = "Which level")]
+    pub lods: Option<Vec<f64>>,
+    /// The file to write; with --lods OUT.lod0.glb, OUT.lod1.glb, ..., or a folder.
+    #[arg(short, long, value_name = "OUT.glb")]
+    pub output: PathBuf,
+    /// A target that no level reaches is an error.
+    #[arg(long)]
+    pub strict: bool,
+}
+
+/// `picture`.
+#[derive(Debug, Args)]
+pub struct PictureArgs {
+    /// A pack, or an asset to be baked on the way.
+    #[arg(value_name = "PACK|ASSET")]
+    pub input: PathBuf,
+    /// The picture to write.
+    #[arg(short, long, value_name = "OUT.png")]
+    pub output: PathBuf,
+    /// The character; may be left out when there is one.
+    #[arg(long, value_name = "NAME")]
+    pub character: Option<String>,
+    /// Shares of the triangles, one column each.
+    #[arg(long, value_delimiter = ',', value_parser = parse_ratio, default_value = "1,0.25,0.1,0.05", value_name = "R,...")]
+    pub ratios: Vec<f64>,
+    /// Clip, or `bind` for the pose at rest; give it several times for several rows [default: bind].
+    #[arg(long, value_name = "NAME")]
+    pub clip: Vec<String>,
+    /// Seconds into the clip; one for all rows or one for each [default: the middle].
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub time: Vec<f32>,
+    /// What the colours say.
+    #[arg(long, value_enum, default_value_t = Paint::Shaded)]
+    pub paint: Paint,
+    /// Pixels of one cell.
+    #[arg(long, value_parser = parse_size, default_value = "320x420", value_name = "WxH")]
+    pub size: [u32; 2],
+    /// Degrees to turn the character; 0 looks it in the face.
+    #[arg(long, default_value_t = 25.0, value_name = "DEG", allow_negative_numbers = true)]
+    pub turn: f32,
+    /// How to bake, for an asset.
+    #[command(flatten)]
+    pub options: BakeOptions,
+}
+
+/// What the colours of a picture say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Paint {
+    /// Textures and light.
+    Shaded,
+    /// Vertex classes: grey regular, amber companion, red fixed.
+    Classes,
+    /// Textures and edges.
+    Wireframe,
+    /// Full detail, coloured by its distance to the level: blue none, red 2 % of the height.
+    Error,
+}
+
+/// `survey`.
+#[derive(Debug, Args)]
+pub struct SurveyArgs {
+    /// Assets, folders, patterns or manifests.
+    #[arg(required = true, value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    /// The table to write (Markdown) [default: standard output].
+    #[arg(short, long, value_name = "FILE.md")]
+    pub output: Option<PathBuf>,
+    /// A folder for one picture a character: levels at rest and in motion.
+    #[arg(long, value_name = "DIR")]
+    pub pictures: Option<PathBuf>,
+    /// Frames a second at which clips are sampled, 1 to 240 [default: 30].
+    #[arg(long, value_parser = parse_fps, value_name = "N")]
+    pub fps: Option<f32>,
+}
+
+/// `print-config`.
+#[derive(Debug, Args)]
+pub struct PrintConfigArgs {
+    /// Inputs, as for `bake`; none shows the defaults alone.
+    #[arg(value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    /// How to bake.
+    #[command(flatten)]
+    pub options: BakeOptions,
+}
+
+fn parse_fps(text: &str) -> Result<f32, String> {
+    let fps: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if (1.0..=240.0).contains(&fps) { Ok(fps) } else { Err(format!("found {fps}, allowed 1 to 240")) }
+}
+
+fn parse_ratio(text: &str) -> Result<f64, String> {
+    let ratio: f64 = text.trim().parse().map_err(|_| "not a number".to_owned())?;
+    if ratio > 0.0 && ratio <= 1.0 { Ok(ratio) } else { Err(format!("found {ratio}, allowed above 0 and up to 1")) }
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let (width, height) = text.split_once('x').ok_or("expected WIDTHxHEIGHT, as in 320x420")?;
+    let side = |part: &str| part.parse::<u32>().ok().filter(|side| (16..=4096).contains(side));
+    match (side(width), side(height)) {
+        (Some(width), Some(height)) => Ok([width, height]),
+        _ => Err(format!("found {text}, allowed 16 to 4096 pixels a side")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_words_fit_together() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn ratios_and_sizes_say_what_is_allowed() {
+        assert_eq!(parse_ratio("0.25"), Ok(0.25));
+        assert_eq!(parse_ratio("25").unwrap_err(), "found 25, allowed above 0 and up to 1");
+        assert!(parse_ratio("nan").is_err());
+        assert_eq!(parse_size("64x32"), Ok([64, 32]));
+        assert!(parse_size("64").is_err() && parse_size("1x99999").is_err());
+        assert!(parse_fps("0").is_err() && parse_fps("NaN").is_err());
+    }
+}

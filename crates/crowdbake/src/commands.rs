@@ -1,0 +1,442 @@
+//! What each verb does, from words to exit code.
+
+use crate::bake::{BakedCharacter, bake_plan};
+use crate::cli::{
+    BakeArgs, BakeOptions, Cli, Command, ExportArgs, InspectArgs, PictureArgs, PrintConfigArgs, SurveyArgs, VerifyArgs,
+};
+use crate::error::{BakeError, Cause, DONE, INPUT_REFUSED, Step, USAGE};
+use crate::inspect::{inspect_asset, inspect_pack};
+use crate::output::{expect_writable, print, refuse_inputs, write_whole};
+use crate::picture::{PictureRequest, Pose, draw_picture};
+use crate::plan::{Plan, make_plan};
+use crate::report::{CharacterReport, PackReport, Report, SCHEMA_VERSION, SectionReport, refused_inputs, to_json};
+use crate::talk::{Loudness, Talk};
+use crate::unpack::{Unpacked, choose_character, is_pack, open, triangle_target};
+use crate::{survey, verify};
+use clap::{CommandFactory, Parser};
+use crowd_pack::{LodRecord, Pack, WriteReport};
+use std::ffi::OsString;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Runs the program: `args` with the program's name first. Gives the exit code.
+pub fn run<A: Into<OsString> + Clone>(
+    args: impl IntoIterator<Item = A>,
+    out: &mut dyn Write,
+    err: &mut (dyn Write + Send),
+) -> u8 {
+    run_in(args, out, err, false)
+}
+
+/// Like [`run`]; `terminal` says that `err` is one, so that progress may be drawn on it.
+pub fn run_in<A: Into<OsString> + Clone>(
+    args: impl IntoIterator<Item = A>,
+    out: &mut dyn Write,
+    err: &mut (dyn Write + Send),
+    terminal: bool,
+) -> u8 {
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(words) => return say_words(&words, out, err, terminal),
+    };
+    let loudness = match (cli.quiet, cli.verbose) {
+        (true, _) => Loudness::Quiet,
+        (_, true) => Loudness::Verbose,
+        _ => Loudness::Normal,
+    };
+    let mut talk = Talk::new(err, loudness, terminal);
+    let result = match cli.command {
+        Command::Bake(args) => bake(&args, out, &mut talk),
+        Command::Inspect(args) => inspect(&args, out),
+        Command::Verify(args) => verify_pack(&args, out, &talk),
+        Command::Export(args) => export(&args, &talk),
+        Command::Picture(args) => picture(&args, &talk),
+        Command::Survey(args) => make_survey(&args, out, &mut talk),
+        Command::PrintConfig(args) => print_config(&args, out, &talk),
+        Command::Completions { shell } => completions(shell, out),
+    };
+    match result {
+        Ok(code) => code,
+        Err(error) if error.source.is_broken_pipe() => DONE,
+        Err(error) => {
+            talk.error(&error);
+            error.exit_code()
+        }
+    }
+}
+
+/// Help and version go to stdout with 0, usage errors to stderr with 2.
+fn say_words(words: &clap::Error, out: &mut dyn Write, err: &mut (dyn Write + Send), terminal: bool) -> u8 {
+    let rendered = words.render();
+    if !words.use_stderr() {
+        // A closed pipe is success.
+        let _ = write!(out, "{rendered}").and_then(|()| out.flush());
+        return DONE;
+    }
+    let colored = terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+    let text = if colored { rendered.ansi().to_string() } else { rendered.to_string() };
+    let _ = write!(err, "{text}");
+    USAGE
+}
+
+fn bake(args: &BakeArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> Result<u8, BakeError> {
+    let started = Instant::now();
+    let mut plan = make_plan(&args.inputs, &args.options, args.animation_layout);
+    let mut code = say_plan(&plan, talk);
+    for output in std::iter::once(&args.output).chain(&args.report) {
+        refuse_inputs(output, &plan.inputs)?;
+        expect_writable(output)?;
+    }
+    let results = in_threads(args.jobs, || {
+        talk.start_progress(plan.entries.len());
+        let results = bake_plan(&plan, args.strict, talk);
+        talk.end_progress();
+        results
+    });
+    let entries = std::mem::take(&mut plan.entries);
+    let characters: Vec<CharacterReport> =
+        entries.iter().zip(&results).map(|(entry, result)| CharacterReport::new(entry, result)).collect();
+    let mut baked = Vec::new();
+    for result in results {
+        match result {
+            Ok(character) => baked.push(character),
+            Err(error) => code = code.max(error.exit_code()),
+        }
+    }
+    let mut report = Report {
+        schema_version: SCHEMA_VERSION,
+        generator: format!("crowdbake {}", env!("CARGO_PKG_VERSION")),
+        command: "bake",
+        pack: None,
+        characters,
+        refused_inputs: refused_inputs(&plan),
+        seconds: 0.0,
+        jobs: if args.jobs == 0 { rayon::current_num_threads() } else { args.jobs },
+        exit_code: code,
+    };
+    match write_pack(&baked, &plan, args, talk) {
+        Ok(pack) => report.pack = Some(pack),
+        Err(error) => {
+            talk.error(&error);
+            report.exit_code = code.max(error.exit_code());
+        }
+    }
+    report.seconds = started.elapsed().as_secs_f64();
+    let json = to_json(&report);
+    if let Some(path) = &args.report {
+        write_whole(path, json.as_bytes())?;
+    }
+    if args.json {
+        print(out, &json)?;
+    }
+    Ok(report.exit_code)
+}
+
+/// Writes the good characters; none is a failure.
+fn write_pack(
+    baked: &[BakedCharacter],
+    plan: &Plan,
+    args: &BakeArgs,
+    talk: &Talk<'_>,
+) -> Result<PackReport, BakeError> {
+    if baked.is_empty() {
+        let count = args.inputs.len();
+        return Err(BakeError::whole(Step::Assemble, Cause::NothingBaked { count }));
+    }
+    let contents = crate::assemble::assemble(baked, plan.animation_layout)?;
+    let written: WriteReport = contents.write(&args.output).map_err(|error| BakeError::whole(Step::Write, error))?;
+    talk.note(format_args!(
+        "{}: {} character(s), {} bytes",
+        args.output.display(),
+        baked.len(),
+        crate::inspect::grouped(written.pack_bytes)
+    ));
+    let sections = written.sections.into_iter().map(|(name, bytes)| SectionReport { name, bytes });
+    Ok(PackReport {
+        path: args.output.to_string_lossy().into_owned(),
+        bytes: written.pack_bytes,
+        sections: sections.collect(),
+    })
+}
+
+/// Says what the plan found odd; gives the exit code so far.
+fn say_plan(plan: &Plan, talk: &Talk<'_>) -> u8 {
+    for note in &plan.notes {
+        talk.warn(note);
+    }
+    for refused in &plan.refused {
+        talk.error(refused);
+    }
+    if plan.refused.is_empty() { DONE } else { INPUT_REFUSED }
+}
+
+/// Runs `work` on a pool of that many threads; 0 for one a core.
+fn in_threads<R: Send>(jobs: usize, work: impl FnOnce() -> R + Send) -> R {
+    if jobs == 0 {
+        return work();
+    }
+    match rayon::ThreadPoolBuilder::new().num_threads(jobs).build() {
+        Ok(pool) => pool.install(work),
+        // The system gives no more threads: the shared pool gives the same bytes.
+        Err(_) => work(),
+    }
+}
+
+fn inspect(args: &InspectArgs, out: &mut dyn Write) -> Result<u8, BakeError> {
+    let inspection = if is_pack(&args.input) {
+        let pack = Pack::open(&args.input).map_err(|error| BakeError::whole(Step::Read, error))?;
+        let bytes = std::fs::metadata(&args.input).map(|file| file.len()).unwrap_or_default();
+        inspect_pack(&args.input, bytes, pack.contents())
+    } else {
+        inspect_asset(&args.input)?
+    };
+    let text = if args.json { to_json(&inspection) } else { crate::inspect::to_text(&inspection) };
+    print(out, &text)?;
+    Ok(DONE)
+}
+
+fn verify_pack(args: &VerifyArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u8, BakeError> {
+    #[derive(serde::Serialize)]
+    struct Verification<'a> {
+        schema_version: u32,
+        pack: String,
+        passed: bool,
+        checks: &'a [verify::Check],
+    }
+    let opened = std::fs::metadata(&args.pack)
+        .map_err(|source| Cause::Input { path: args.pack.clone(), source })
+        .map_err(|cause| BakeError::whole(Step::Read, cause))
+        .map(|_| Pack::open(&args.pack))?;
+    let checks = match opened {
+        Ok(pack) => {
+            let mut checks = vec![verify::Check {
+                character: String::new(),
+                check: "file-is-whole",
+                passed: true,
+                detail: "checksums and records".to_owned(),
+            }];
+            checks.extend(verify::verify(pack.contents(), args.levels));
+            checks
+        }
+        Err(error @ crowd_pack::Error::Io { .. }) => return Err(BakeError::whole(Step::Read, error)),
+        Err(error) => vec![verify::Check {
+            character: String::new(),
+            check: "file-is-whole",
+            passed: false,
+            detail: error.to_string(),
+        }],
+    };
+    let failed = checks.iter().filter(|check| !check.passed).count();
+    let text = if args.json {
+        to_json(&Verification {
+            schema_version: SCHEMA_VERSION,
+            pack: args.pack.to_string_lossy().into_owned(),
+            passed: failed == 0,
+            checks: &checks,
+        })
+    } else {
+        let line = |check: &verify::Check| {
+            let word = if check.passed { "ok    " } else { "FAILED" };
+            let who = if check.character.is_empty() { String::new() } else { format!("{}: ", check.character) };
+            crate::talk::printable(&format!("{word} {who}{}: {}", check.check, check.detail)) + "\n"
+        };
+        checks.iter().map(line).collect()
+    };
+    print(out, &text)?;
+    if failed > 0 {
+        let cause = Cause::ChecksFailed { failed, checked: checks.len() };
+        return Err(BakeError::whole(Step::Verify, cause));
+    }
+    talk.detail(format_args!("{} checks passed", checks.len()));
+    Ok(DONE)
+}
+
+fn export(args: &ExportArgs, talk: &Talk<'_>) -> Result<u8, BakeError> {
+    let opened = open(&args.input, &BakeOptions::default())?;
+    let contents = opened.contents();
+    let character = Unpacked::new(contents, choose_character(contents, args.character.as_deref())?);
+    let wanted = wanted_levels(args, &character);
+    // Whether every target is reached is known before the first file is written.
+    let levels: Vec<(LodRecord, PathBuf)> = wanted
+        .into_iter()
+        .map(|wanted| choose_level(&character, &wanted, args.strict, talk).map(|level| (level, wanted.path)))
+        .collect::<Result<_, _>>()?;
+    for (_, path) in &levels {
+        refuse_inputs(path, std::slice::from_ref(&args.input))?;
+    }
+    for (level, path) in &levels {
+        write_whole(path, &crate::export::export_level(&character, *level))?;
+        talk.note(format_args!(
+            "{}: {} triangles, {} vertices",
+            path.display(),
+            level.triangle_count,
+            level.vertex_count
+        ));
+    }
+    Ok(DONE)
+}
+
+/// A level asked for, and where it goes.
+struct Wanted {
+    what: &'static str,
+    at_most: u32,
+    path: PathBuf,
+}
+
+fn wanted_levels(args: &ExportArgs, character: &Unpacked<'_>) -> Vec<Wanted> {
+    let full = character.record.triangle_count;
+    let single = |what, at_most| {
+        let path = if args.output.is_dir() {
+            args.output.join(format!("{}.glb", file_name(&character.manifest.name)))
+        } else {
+            args.output.clone()
+        };
+        vec![Wanted { what, at_most, path }]
+    };
+    if let Some(triangles) = args.triangles {
+        return single("triangles", triangles);
+    }
+    if let Some(vertices) = args.vertices {
+        return single("vertices", vertices);
+    }
+    if let Some(ratio) = args.ratio {
+        return single("triangles", triangle_target(full, ratio));
+    }
+    let ratios = args.lods.iter().flatten().enumerate();
+    let wanted = ratios.map(|(index, &ratio)| Wanted {
+        what: "triangles",
+        at_most: triangle_target(full, ratio),
+        path: lod_path(&args.output, &character.manifest.name, index),
+    });
+    wanted.collect()
+}
+
+/// `OUT.glb` becomes `OUT.lod0.glb`; a folder gets `NAME.lod0.glb`.
+fn lod_path(output: &Path, name: &str, index: usize) -> PathBuf {
+    if output.is_dir() || output.as_os_str().to_string_lossy().ends_with(['/', '\\']) {
+        return output.join(format!("{}.lod{index}.glb", file_name(name)));
+    }
+    output.with_extension(format!("lod{index}.glb"))
+}
+
+/// A name from a pack as a file name: nothing that leaves the folder.
+fn file_name(name: &str) -> String {
+    let name: String = name.chars().map(|c| if c.is_alphanumeric() || "-_. ".contains(c) { c } else { '_' }).collect();
+    let name = name.trim_start_matches('.').to_owned();
+    if name.is_empty() { "character".to_owned() } else { name }
+}
+
+fn choose_level(
+    character: &Unpacked<'_>,
+    wanted: &Wanted,
+    strict: bool,
+    talk: &Talk<'_>,
+) -> Result<LodRecord, BakeError> {
+    let count = |level: LodRecord| if wanted.what == "vertices" { level.vertex_count } else { level.triangle_count };
+    let (level, reached) = character.largest_level(|level| count(level) <= wanted.at_most);
+    if reached {
+        return Ok(level);
+    }
+    let missed = Cause::TargetMissed {
+        what: wanted.what,
+        asked: wanted.at_most.into(),
+        coarsest: count(level).into(),
+        blocked: character.blocked(),
+    };
+    if strict {
+        return Err(BakeError::of(Step::ChooseLevel, &character.manifest.name, missed));
+    }
+    talk.warn(format_args!("{}: {missed}", character.manifest.name));
+    Ok(level)
+}
+
+fn picture(args: &PictureArgs, talk: &Talk<'_>) -> Result<u8, BakeError> {
+    refuse_inputs(&args.output, std::slice::from_ref(&args.input))?;
+    expect_writable(&args.output)?;
+    let opened = open(&args.input, &args.options)?;
+    let contents = opened.contents();
+    let character = Unpacked::new(contents, choose_character(contents, args.character.as_deref())?);
+    let time_of = |row: usize| args.time.get(row).or(args.time.first()).copied();
+    let pose = |(row, name): (usize, &String)| match name.as_str() {
+        "bind" => Pose::Bind,
+        clip => Pose::Clip(clip.to_owned(), time_of(row)),
+    };
+    let mut rows: Vec<Pose> = args.clip.iter().enumerate().map(pose).collect();
+    if rows.is_empty() {
+        rows.push(Pose::Bind);
+    }
+    let request =
+        PictureRequest { ratios: args.ratios.clone(), rows, paint: args.paint, size: args.size, turn_deg: args.turn };
+    let picture = draw_picture(&character, &request)?;
+    write_whole(&args.output, &crowd_raster::encode_png(&picture))?;
+    talk.note(format_args!("{}: {}x{}", args.output.display(), picture.width, picture.height));
+    Ok(DONE)
+}
+
+fn make_survey(args: &SurveyArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> Result<u8, BakeError> {
+    let options = BakeOptions { fps: args.fps, ..BakeOptions::default() };
+    let plan = make_plan(&args.inputs, &options, None);
+    let mut code = say_plan(&plan, talk);
+    if let Some(output) = &args.output {
+        refuse_inputs(output, &plan.inputs)?;
+        expect_writable(output)?;
+    }
+    talk.start_progress(plan.entries.len());
+    let mut rows = Vec::new();
+    for entry in &plan.entries {
+        let shown = survey::shown_path(&entry.path, &args.inputs);
+        talk.advance(0.0, &shown, "survey");
+        let (row, contents) = survey::survey_asset(entry, shown.clone());
+        match &row.outcome {
+            Ok(m) => talk.note(format_args!(
+                "{shown}: {} triangles down to {} (wedge), {} (peng2011), {:.1} s",
+                m.triangles, m.lowest_wedge, m.lowest_peng, m.seconds
+            )),
+            Err(why) => {
+                talk.note(format_args!("{shown}: refused: {why}"));
+                code = code.max(INPUT_REFUSED);
+            }
+        }
+        if let (Some(folder), Some(contents)) = (&args.pictures, contents) {
+            let picture = survey::survey_picture(&contents)?;
+            write_whole(&folder.join(survey::picture_name(&shown)), &crowd_raster::encode_png(&picture))?;
+        }
+        talk.advance(1.0, &shown, "done");
+        rows.push(row);
+    }
+    talk.end_progress();
+    let text = survey::to_markdown(&rows, args.fps.unwrap_or(crate::cli::DEFAULT_FPS));
+    match &args.output {
+        Some(path) => write_whole(path, text.as_bytes())?,
+        None => print(out, &text)?,
+    }
+    Ok(code)
+}
+
+fn print_config(args: &PrintConfigArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u8, BakeError> {
+    let plan = make_plan(&args.inputs, &args.options, None);
+    let code = say_plan(&plan, talk);
+    print(out, &crate::crowd_toml::write(&plan))?;
+    Ok(code)
+}
+
+fn completions(shell: clap_complete::Shell, out: &mut dyn Write) -> Result<u8, BakeError> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "crowdbake", &mut script);
+    print(out, &String::from_utf8_lossy(&script))?;
+    Ok(DONE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_from_a_pack_stay_in_the_folder() {
+        assert_eq!(file_name("../../etc/passwd"), "_.._etc_passwd");
+        assert_eq!(file_name(".."), "character");
+        assert_eq!(lod_path(Path::new("out/k.glb"), "k", 2), Path::new("out/k.lod2.glb"));
+        assert_eq!(lod_path(Path::new("new/"), "k 1", 0), Path::new("new/k 1.lod0.glb"));
+    }
+}

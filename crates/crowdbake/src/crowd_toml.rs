@@ -1,0 +1,252 @@
+//! Reads and writes `crowd.toml`. Every complaint names its path, as in `characters[1].clips`.
+
+use crate::plan::{Plan, criteria_name};
+use crowd_lod::Criteria;
+use crowd_pack::AnimationLayout;
+use std::path::PathBuf;
+use toml::{Table, Value};
+
+/// What a manifest says about one character; `None` where it says nothing.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Settings {
+    /// Name in the pack.
+    pub name: Option<String>,
+    /// Frames a second.
+    pub fps: Option<f32>,
+    /// Which collapses are allowed.
+    pub criteria: Option<Criteria>,
+    /// Clips to keep.
+    pub clips: Option<Vec<String>>,
+}
+
+/// A manifest.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CrowdToml {
+    /// How matrices are stored.
+    pub animation_layout: Option<AnimationLayout>,
+    /// Source (relative to the manifest) and settings of each character, the defaults filled in.
+    pub characters: Vec<(PathBuf, Settings)>,
+}
+
+/// What is wrong and where.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wrong {
+    /// As in `characters[1].clips`.
+    pub key: String,
+    /// Found and allowed.
+    pub problem: String,
+}
+
+fn wrong<T>(key: impl Into<String>, problem: impl Into<String>) -> Result<T, Wrong> {
+    Err(Wrong { key: key.into(), problem: problem.into() })
+}
+
+/// Reads a manifest's text.
+pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
+    let table: Table = text.parse().or_else(|error: toml::de::Error| {
+        let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+        wrong(format!("line {line}"), error.message().to_owned())
+    })?;
+    expect_keys(&table, "", &["pack", "defaults", "characters"])?;
+    let defaults = match table.get("defaults") {
+        None => Settings::default(),
+        Some(value) => {
+            let defaults = expect_table(value, "defaults")?;
+            expect_keys(defaults, "defaults.", &["fps", "criteria", "clips"])?;
+            read_settings(defaults, "defaults")?
+        }
+    };
+    let Some(characters) = table.get("characters") else {
+        return wrong("characters", "missing, at least one [[characters]] is needed");
+    };
+    let Value::Array(characters) = characters else {
+        return wrong("characters", format!("found {}, allowed [[characters]] tables", kind(characters)));
+    };
+    let mut read = CrowdToml { animation_layout: read_layout(&table)?, characters: Vec::new() };
+    for (index, value) in characters.iter().enumerate() {
+        let key = format!("characters[{index}]");
+        let character = expect_table(value, &key)?;
+        expect_keys(character, &format!("{key}."), &["source", "name", "fps", "criteria", "clips"])?;
+        let Some(source) = read_text(character, &key, "source")? else {
+            return wrong(format!("{key}.source"), "missing, the path of a .glb, .gltf or .obj file is needed");
+        };
+        let settings = read_settings(character, &key)?;
+        if let Some(name) = &settings.name {
+            let first = read.characters.iter().position(|(_, earlier)| earlier.name.as_ref() == Some(name));
+            if let Some(first) = first {
+                return wrong(format!("{key}.name"), format!("`{name}` is the name of characters[{first}] already"));
+            }
+        }
+        let settings = Settings {
+            name: settings.name,
+            fps: settings.fps.or(defaults.fps),
+            criteria: settings.criteria.or(defaults.criteria),
+            clips: settings.clips.or_else(|| defaults.clips.clone()),
+        };
+        read.characters.push((PathBuf::from(source), settings));
+    }
+    if read.characters.is_empty() {
+        return wrong("characters", "found none, at least one is needed");
+    }
+    Ok(read)
+}
+
+fn read_layout(table: &Table) -> Result<Option<AnimationLayout>, Wrong> {
+    let Some(pack) = table.get("pack") else { return Ok(None) };
+    let pack = expect_table(pack, "pack")?;
+    expect_keys(pack, "pack.", &["animation_layout"])?;
+    match read_text(pack, "pack", "animation_layout")?.as_deref() {
+        None => Ok(None),
+        Some("3x4") => Ok(Some(AnimationLayout::Premultiplied3x4)),
+        Some("4x4") => Ok(Some(AnimationLayout::Split4x4)),
+        Some(other) => wrong("pack.animation_layout", format!("found \"{other}\", allowed \"3x4\" or \"4x4\"")),
+    }
+}
+
+fn read_settings(table: &Table, key: &str) -> Result<Settings, Wrong> {
+    let criteria = match read_text(table, key, "criteria")?.as_deref() {
+        None => None,
+        Some("wedge") => Some(Criteria::Wedge),
+        Some("peng2011") => Some(Criteria::Peng2011),
+        Some(other) => {
+            let problem = format!("found \"{other}\", allowed \"wedge\" or \"peng2011\"");
+            return wrong(format!("{key}.criteria"), problem);
+        }
+    };
+    let fps = match table.get("fps") {
+        None => None,
+        Some(Value::Integer(fps)) if (1..=240).contains(fps) => Some(*fps as f32),
+        Some(Value::Float(fps)) if (1.0..=240.0).contains(fps) => Some(*fps as f32),
+        Some(other) => return wrong(format!("{key}.fps"), format!("found {other}, allowed a number from 1 to 240")),
+    };
+    Ok(Settings { name: read_text(table, key, "name")?, fps, criteria, clips: read_clips(table, key)? })
+}
+
+fn read_clips(table: &Table, key: &str) -> Result<Option<Vec<String>>, Wrong> {
+    let Some(value) = table.get("clips") else { return Ok(None) };
+    let key = format!("{key}.clips");
+    let Value::Array(items) = value else {
+        return wrong(key, format!("found {}, allowed a list of names or patterns", kind(value)));
+    };
+    let mut clips = Vec::new();
+    for (index, item) in items.iter().enumerate() {
+        match item {
+            Value::String(clip) if !clip.is_empty() => clips.push(clip.clone()),
+            other => return wrong(format!("{key}[{index}]"), format!("found {other}, allowed a name or a pattern")),
+        }
+    }
+    if clips.is_empty() {
+        return wrong(key, "found an empty list, at least one clip is needed; leave the key out for all clips");
+    }
+    Ok(Some(clips))
+}
+
+fn read_text(table: &Table, key: &str, field: &str) -> Result<Option<String>, Wrong> {
+    match table.get(field) {
+        None => Ok(None),
+        Some(Value::String(text)) if !text.is_empty() => Ok(Some(text.clone())),
+        Some(other) => wrong(format!("{key}.{field}"), format!("found {other}, allowed a text that is not empty")),
+    }
+}
+
+fn expect_table<'a>(value: &'a Value, key: &str) -> Result<&'a Table, Wrong> {
+    match value {
+        Value::Table(table) => Ok(table),
+        other => wrong(key, format!("found {}, allowed a table", kind(other))),
+    }
+}
+
+fn expect_keys(table: &Table, prefix: &str, allowed: &[&str]) -> Result<(), Wrong> {
+    match table.keys().find(|key| !allowed.contains(&key.as_str())) {
+        Some(unknown) => wrong(format!("{prefix}{unknown}"), format!("unknown key, allowed {}", allowed.join(", "))),
+        None => Ok(()),
+    }
+}
+
+fn kind(value: &Value) -> &'static str {
+    value.type_str()
+}
+
+/// The plan as a manifest that gives the same plan again, with sources relative to the current folder.
+pub fn write(plan: &Plan) -> String {
+    let text = |text: &str| Value::String(text.to_owned()).to_string();
+    let layout = match plan.animation_layout {
+        AnimationLayout::Premultiplied3x4 => "3x4",
+        AnimationLayout::Split4x4 => "4x4",
+    };
+    let mut out = format!(
+        "# Paths are relative to this file.\n\n[pack]\nanimation_layout = {}  # 3x4 or 4x4\n\n[defaults]\nfps = {:?}\n\
+         criteria = {}  # wedge or peng2011\n# clips = [\"Idle\", \"Walk*\"]  # default: all\n",
+        text(layout),
+        crate::cli::DEFAULT_FPS,
+        text(criteria_name(Criteria::default())),
+    );
+    for entry in &plan.entries {
+        let source = entry.path.to_string_lossy();
+        out.push_str(&format!("\n[[characters]]\nsource = {}\nname = {}\n", text(&source), text(&entry.name)));
+        if entry.fps != crate::cli::DEFAULT_FPS {
+            out.push_str(&format!("fps = {:?}\n", entry.fps));
+        }
+        if entry.criteria != Criteria::default() {
+            out.push_str(&format!("criteria = {}\n", text(criteria_name(entry.criteria))));
+        }
+        if let Some(clips) = &entry.clips {
+            let clips: Vec<String> = clips.iter().map(|clip| text(clip)).collect();
+            out.push_str(&format!("clips = [{}]\n", clips.join(", ")));
+        }
+    }
+    if plan.entries.is_empty() {
+        out.push_str(
+            "\n# [[characters]]\n# source = \"knight.glb\"\n# name = \"knight\"  # default: the file's stem\n",
+        );
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::PlanEntry;
+
+    #[test]
+    fn complaints_name_their_path() {
+        let character = "[[characters]]\nsource = 'a.glb'\n";
+        for (text, key) in [
+            ("x = 1", "x"),
+            ("[defaults]\nname = 'x'", "defaults.name"),
+            ("[defaults]\nfps = 0", "defaults.fps"),
+            ("characters = 3", "characters"),
+            ("", "characters"),
+            ("[[characters]]\nname = 'x'", "characters[0].source"),
+            (&format!("{character}{character}clips = 'Walk'"), "characters[1].clips"),
+            (&format!("{character}{character}clips = ['a', 3]"), "characters[1].clips[1]"),
+            (&format!("{character}clips = []"), "characters[0].clips"),
+            (&format!("{character}criteria = 'best'"), "characters[0].criteria"),
+            (&format!("{character}name = 'x'\n{character}name = 'x'"), "characters[1].name"),
+            (&format!("{character}colour = 'red'"), "characters[0].colour"),
+            (&format!("[pack]\nanimation_layout = '2x2'\n{character}"), "pack.animation_layout"),
+            ("[[characters]]\nsource = ", "line 2"),
+        ] {
+            assert_eq!(read(text).unwrap_err().key, key, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let mut plan = Plan { animation_layout: AnimationLayout::Split4x4, ..Plan::default() };
+        plan.entries.push(PlanEntry::of_file(std::path::Path::new("odd \"name\"\\x.glb")));
+        plan.entries.push(PlanEntry {
+            fps: 12.5,
+            criteria: Criteria::Peng2011,
+            clips: Some(vec!["Walk*".to_owned()]),
+            ..PlanEntry::of_file(std::path::Path::new("b.obj"))
+        });
+        let back = read(&write(&plan)).unwrap();
+        assert_eq!(back.animation_layout, Some(AnimationLayout::Split4x4));
+        assert_eq!(back.characters[0].0, plan.entries[0].path);
+        assert_eq!(back.characters[0].1.name.as_deref(), Some(plan.entries[0].name.as_str()));
+        let second = &back.characters[1].1;
+        assert_eq!((second.fps, second.criteria), (Some(12.5), Some(Criteria::Peng2011)));
+        assert_eq!(second.clips, plan.entries[1].clips);
+    }
+}

@@ -1,0 +1,223 @@
+//! Why a command failed, wrapped once: the step, the character and the cause.
+
+use std::path::PathBuf;
+
+/// Exit code: everything was done.
+pub const DONE: u8 = 0;
+/// Exit code: an input was refused.
+pub const INPUT_REFUSED: u8 = 1;
+/// Exit code: the command line is wrong.
+pub const USAGE: u8 = 2;
+/// Exit code: an output could not be written.
+pub const OUTPUT_FAILED: u8 = 3;
+/// Exit code: a pack does not keep its promises.
+pub const VERIFICATION_FAILED: u8 = 4;
+
+/// The steps of the commands, in the order of a bake; their names stand in reports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Step {
+    /// Find the inputs.
+    Plan,
+    /// Read the asset.
+    Load,
+    /// Keep the clips asked for.
+    SelectClips,
+    /// Sample clips into palettes.
+    Sample,
+    /// Round normals and weights to what the pack stores.
+    Quantize,
+    /// Order the collapses and measure levels.
+    Simplify,
+    /// Bound every vertex in every frame.
+    Bound,
+    /// Turn results into records.
+    Assemble,
+    /// Write the output.
+    Write,
+    /// Read a pack.
+    Read,
+    /// Choose a level of a pack.
+    ChooseLevel,
+    /// Draw.
+    Draw,
+    /// Check a pack.
+    Verify,
+}
+
+impl Step {
+    /// The step's name, as in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Plan => "plan",
+            Self::Load => "load",
+            Self::SelectClips => "select-clips",
+            Self::Sample => "sample",
+            Self::Quantize => "quantize",
+            Self::Simplify => "simplify",
+            Self::Bound => "bound",
+            Self::Assemble => "assemble",
+            Self::Write => "write",
+            Self::Read => "read",
+            Self::ChooseLevel => "choose-level",
+            Self::Draw => "draw",
+            Self::Verify => "verify",
+        }
+    }
+}
+
+/// A failure of a command: in which step, for which character, and why.
+#[derive(Debug, thiserror::Error)]
+#[error("{}{}: {source}", .character.as_ref().map(|c| format!("{c}: ")).unwrap_or_default(), .step.name())]
+pub struct BakeError {
+    /// The step that failed.
+    pub step: Step,
+    /// The character it worked on; `None` where it is about the whole run.
+    pub character: Option<String>,
+    /// Why.
+    pub source: Cause,
+}
+
+impl BakeError {
+    /// A failure that concerns one character.
+    pub fn of(step: Step, character: &str, cause: impl Into<Cause>) -> Self {
+        Self { step, character: Some(character.to_owned()), source: cause.into() }
+    }
+
+    /// A failure of the whole run.
+    pub fn whole(step: Step, cause: impl Into<Cause>) -> Self {
+        Self { step, character: None, source: cause.into() }
+    }
+
+    /// The exit code that this failure asks for.
+    pub fn exit_code(&self) -> u8 {
+        match &self.source {
+            Cause::Output { .. } => OUTPUT_FAILED,
+            Cause::Pack(_) if self.step == Step::Write => OUTPUT_FAILED,
+            Cause::OutputIsInput { .. } => USAGE,
+            Cause::ChecksFailed { .. } => VERIFICATION_FAILED,
+            _ => INPUT_REFUSED,
+        }
+    }
+}
+
+/// What went wrong, with the evidence.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum Cause {
+    /// The asset was refused.
+    #[error(transparent)]
+    Source(#[from] crowd_source::Error),
+    /// Sampling was refused.
+    #[error(transparent)]
+    Anim(#[from] crowd_anim::Error),
+    /// Simplification was refused.
+    #[error(transparent)]
+    Lod(#[from] crowd_lod::Error),
+    /// The pack was refused or not written.
+    #[error(transparent)]
+    Pack(#[from] crowd_pack::Error),
+    /// An image did not decode.
+    #[error(transparent)]
+    Raster(#[from] crowd_raster::Error),
+    /// The inputs do not name characters.
+    #[error(transparent)]
+    Plan(#[from] crate::plan::PlanError),
+    /// `--clips` or `clips = [...]` asks for what is not there.
+    #[error("clip `{asked}`: found {found}, allowed one of the character's own clips")]
+    ClipNotFound {
+        /// Name or pattern asked for.
+        asked: String,
+        /// The clips there are.
+        found: String,
+    },
+    /// Too much by our own rule.
+    #[error("{what}: found {found}, allowed {allowed}; {remedy}")]
+    Limit {
+        /// Of what.
+        what: &'static str,
+        /// Found.
+        found: u64,
+        /// Allowed.
+        allowed: u64,
+        /// What the user can do.
+        remedy: &'static str,
+    },
+    /// `--strict` and the import warns.
+    #[error("{} warning(s) with --strict; the first: {}", .warnings.len(), .warnings.first().map_or("", |w| w.as_str()))]
+    Warned {
+        /// The warnings, as sentences.
+        warnings: Vec<String>,
+    },
+    /// No character of that name in the pack.
+    #[error("character `{asked}`: the pack has {found}")]
+    CharacterNotFound {
+        /// Name asked for.
+        asked: String,
+        /// The names there are.
+        found: String,
+    },
+    /// The pack holds several characters and none was named.
+    #[error("the pack holds {count} characters ({found}); name one with --character")]
+    CharacterNeeded {
+        /// How many.
+        count: usize,
+        /// The names there are.
+        found: String,
+    },
+    /// `--strict` and no level is as small as asked for.
+    #[error("target missed: asked for {asked} {what}, the coarsest level has {coarsest}; {blocked}")]
+    TargetMissed {
+        /// Triangles or vertices.
+        what: &'static str,
+        /// Asked for.
+        asked: u64,
+        /// Of the coarsest level.
+        coarsest: u64,
+        /// What keeps it from going further.
+        blocked: String,
+    },
+    /// Reading failed.
+    #[error("{path}: {source}")]
+    Input {
+        /// The file.
+        path: PathBuf,
+        /// The system's word.
+        source: std::io::Error,
+    },
+    /// Writing failed.
+    #[error("{path}: {source}")]
+    Output {
+        /// The file, or `standard output`.
+        path: PathBuf,
+        /// The system's word.
+        source: std::io::Error,
+    },
+    /// An output names an input.
+    #[error("{path}: is an input too; inputs are never overwritten, choose another output")]
+    OutputIsInput {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Nothing could be baked.
+    #[error("none of the {count} input(s) could be baked; no pack was written")]
+    NothingBaked {
+        /// Inputs tried.
+        count: usize,
+    },
+    /// `verify` found broken promises.
+    #[error("{failed} of {checked} checks failed")]
+    ChecksFailed {
+        /// Checks that failed.
+        failed: usize,
+        /// Checks made.
+        checked: usize,
+    },
+}
+
+impl Cause {
+    /// True when whoever reads our output went away: that is success.
+    pub fn is_broken_pipe(&self) -> bool {
+        matches!(self, Self::Output { source, .. } if source.kind() == std::io::ErrorKind::BrokenPipe)
+    }
+}

@@ -1,0 +1,317 @@
+//! A level of a character as binary glTF: mesh, skin over the original node tree, original curves, materials, textures.
+
+use crate::gather_primitives::{Primitive, gather_primitives};
+use crate::glb::GlbBuffer;
+use crate::unpack::Unpacked;
+use crowd_pack::{LodRecord, ManifestClip, ManifestTrack, MaterialRecord, NONE, VertexRecord, material_flags};
+use serde_json::{Map, Value, json};
+use std::collections::{BTreeMap, BTreeSet};
+
+const IDENTITY: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+
+/// The bytes of a `.glb` with that level of the character.
+pub fn export_level(character: &Unpacked<'_>, level: LodRecord) -> Vec<u8> {
+    let mut buffer = GlbBuffer::default();
+    let vertex_materials: Vec<u32> = character.vertices.iter().map(VertexRecord::material).collect();
+    let primitives = gather_primitives(&character.level_triangles(level), &vertex_materials);
+    let used: Vec<u32> = primitives.iter().map(|primitive| primitive.material).collect();
+    let mut document = Map::new();
+
+    let mut textures = Textures::default();
+    let materials: Vec<Value> = used.iter().map(|&m| material_json(character, m, &mut textures)).collect();
+    let skinned = needs_skin(character);
+    let meshes: Vec<Value> = primitives
+        .iter()
+        .enumerate()
+        .map(|(index, primitive)| primitive_json(character, primitive, index, skinned, &mut buffer))
+        .collect();
+    document.insert("meshes".into(), json!([{ "name": character.manifest.name, "primitives": meshes }]));
+    document.insert("materials".into(), Value::Array(materials));
+
+    add_nodes(character, skinned, &mut document, &mut buffer);
+    let animations = animations_json(character, &mut buffer);
+    if !animations.is_empty() {
+        document.insert("animations".into(), Value::Array(animations));
+    }
+    textures.add_to(character, &mut document, &mut buffer);
+    add_extensions(character, &used, &textures, &mut document);
+    document.insert(
+        "asset".into(),
+        json!({
+            "version": "2.0",
+            "generator": character.contents.manifest.generator,
+            "extras": {
+                "character": character.manifest.name,
+                "vertices": level.vertex_count,
+                "triangles": level.triangle_count,
+                "triangles_of_full_detail": character.record.triangle_count,
+            },
+        }),
+    );
+    buffer.finish(Value::Object(document))
+}
+
+/// A mesh that hangs from one node as it lies needs no skin.
+fn needs_skin(character: &Unpacked<'_>) -> bool {
+    !matches!(character.manifest.joints.as_slice(), [only] if only.inverse_bind == IDENTITY)
+}
+
+fn primitive_json(
+    character: &Unpacked<'_>,
+    primitive: &Primitive,
+    material: usize,
+    skinned: bool,
+    buffer: &mut GlbBuffer,
+) -> Value {
+    let record = &character.materials[primitive.material as usize];
+    let vertices: Vec<&VertexRecord> = primitive.vertices.iter().map(|&v| &character.vertices[v as usize]).collect();
+    let mut attributes = Map::new();
+    let mut set = |name: &str, accessor: usize| attributes.insert(name.to_owned(), json!(accessor));
+
+    let positions: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.position).collect();
+    set("POSITION", buffer.float_attribute(&positions, 3, true));
+    // Without normals glTF asks for flat shading, which is how the source asked for it.
+    if record.flags & material_flags::FLAT == 0 {
+        let normals: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.normal()).collect();
+        set("NORMAL", buffer.float_attribute(&normals, 3, false));
+    }
+    let uvs: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.uv).collect();
+    if record.image != NONE || uvs.iter().any(|&uv| uv != 0.0) {
+        set("TEXCOORD_0", buffer.float_attribute(&uvs, 2, false));
+    }
+    let colors: Vec<[u8; 4]> = vertices.iter().map(|vertex| vertex.color.to_le_bytes()).collect();
+    if colors.iter().any(|color| *color != [255; 4]) {
+        set("COLOR_0", buffer.byte_attribute(&colors, true));
+    }
+    if skinned {
+        let joints: Vec<[u16; 4]> = vertices.iter().map(|vertex| vertex.joint_indices()).collect();
+        let joints = if character.joint_count() <= 256 {
+            let bytes: Vec<[u8; 4]> = joints.iter().map(|joints| joints.map(|joint| joint as u8)).collect();
+            buffer.byte_attribute(&bytes, false)
+        } else {
+            buffer.short_attribute(&joints, false)
+        };
+        set("JOINTS_0", joints);
+        let weights: Vec<[u16; 4]> = vertices.iter().map(|vertex| vertex.weights_unorm16()).collect();
+        set("WEIGHTS_0", buffer.short_attribute(&weights, true));
+    }
+    let indices = buffer.indices(&primitive.indices, vertices.len());
+    json!({ "attributes": attributes, "indices": indices, "material": material })
+}
+
+/// The node tree as it was, a node for the mesh, and the skin.
+fn add_nodes(character: &Unpacked<'_>, skinned: bool, document: &mut Map<String, Value>, buffer: &mut GlbBuffer) {
+    let manifest = character.manifest;
+    let mut nodes: Vec<Value> = manifest.nodes.iter().map(node_json).collect();
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
+    let mut roots = Vec::new();
+    for (index, node) in manifest.nodes.iter().enumerate() {
+        match node.parent {
+            Some(parent) => children[parent as usize].push(index),
+            None => roots.push(index),
+        }
+    }
+    if skinned {
+        let joint_nodes = joint_nodes(character, &mut nodes, &mut children);
+        if roots.len() > 1 {
+            // A skin's joints must have one root in common.
+            nodes.push(json!({ "name": format!("{} root", manifest.name) }));
+            children.push(std::mem::take(&mut roots));
+            roots = vec![nodes.len() - 1];
+        }
+        let inverse_binds: Vec<f32> = manifest.joints.iter().flat_map(|joint| joint.inverse_bind).collect();
+        let accessor = buffer.floats(&inverse_binds, 16, false);
+        document.insert("skins".into(), json!([{ "joints": joint_nodes, "inverseBindMatrices": accessor }]));
+        nodes.push(json!({ "name": format!("{} mesh", manifest.name), "mesh": 0, "skin": 0 }));
+        children.push(Vec::new());
+        roots.push(nodes.len() - 1);
+    } else {
+        nodes[manifest.joints[0].node as usize]["mesh"] = json!(0);
+    }
+    for (node, children) in nodes.iter_mut().zip(children) {
+        if !children.is_empty() {
+            node["children"] = json!(children);
+        }
+    }
+    document.insert("nodes".into(), Value::Array(nodes));
+    document.insert("scenes".into(), json!([{ "nodes": roots }]));
+    document.insert("scene".into(), json!(0));
+}
+
+/// The node of each joint. Two joints on one node (skins with bind spaces of their own) need two nodes in glTF: the
+/// second gets a child that stays where its parent is.
+fn joint_nodes(character: &Unpacked<'_>, nodes: &mut Vec<Value>, children: &mut Vec<Vec<usize>>) -> Vec<usize> {
+    let mut taken = BTreeSet::new();
+    let mut joint_nodes = Vec::new();
+    for joint in &character.manifest.joints {
+        let node = joint.node as usize;
+        if taken.insert(node) {
+            joint_nodes.push(node);
+            continue;
+        }
+        nodes.push(json!({ "name": format!("{} again", character.manifest.nodes[node].name) }));
+        children.push(Vec::new());
+        children[node].push(nodes.len() - 1);
+        joint_nodes.push(nodes.len() - 1);
+    }
+    joint_nodes
+}
+
+fn node_json(node: &crowd_pack::ManifestNode) -> Value {
+    let mut json = json!({ "name": node.name });
+    if node.translation != [0.0; 3] {
+        json["translation"] = json!(node.translation);
+    }
+    if node.rotation != [0.0, 0.0, 0.0, 1.0] {
+        json["rotation"] = json!(unit(node.rotation));
+    }
+    if node.scale != [1.0; 3] {
+        json["scale"] = json!(node.scale);
+    }
+    json
+}
+
+/// A quaternion made unit in double precision: validators measure it.
+fn unit(q: [f32; 4]) -> [f32; 4] {
+    let length = q.iter().map(|&c| f64::from(c) * f64::from(c)).sum::<f64>().sqrt();
+    if length > 0.0 { q.map(|c| (f64::from(c) / length) as f32) } else { [0.0, 0.0, 0.0, 1.0] }
+}
+
+fn animations_json(character: &Unpacked<'_>, buffer: &mut GlbBuffer) -> Vec<Value> {
+    let mut shared = BTreeMap::new();
+    let clips = character.manifest.clips.iter().filter(|clip| !clip.tracks.is_empty());
+    clips.map(|clip| animation_json(character, clip, &mut shared, buffer)).collect()
+}
+
+/// Curves share accessors as they share floats in the pack: key (offset, count, floats an element).
+type SharedAccessors = BTreeMap<(u32, u32, usize), usize>;
+
+fn animation_json(
+    character: &Unpacked<'_>,
+    clip: &ManifestClip,
+    shared: &mut SharedAccessors,
+    buffer: &mut GlbBuffer,
+) -> Value {
+    let floats = &character.contents.track_values;
+    let (mut samplers, mut channels) = (Vec::new(), Vec::new());
+    for track in &clip.tracks {
+        let times = &floats[track.time_offset as usize..][..track.key_count as usize];
+        let input =
+            *shared.entry((track.time_offset, track.key_count, 1)).or_insert_with(|| buffer.floats(times, 1, true));
+        let lanes = if track.property == 1 { 4 } else { 3 };
+        let output = *shared
+            .entry((track.value_offset, track.value_count, lanes))
+            .or_insert_with(|| buffer.floats(&curve_values(floats, track), lanes, false));
+        let interpolation = ["STEP", "LINEAR", "CUBICSPLINE"][usize::from(track.interpolation)];
+        let path = ["translation", "rotation", "scale"][usize::from(track.property)];
+        channels.push(json!({ "sampler": samplers.len(), "target": { "node": track.node, "path": path } }));
+        samplers.push(json!({ "input": input, "output": output, "interpolation": interpolation }));
+    }
+    json!({ "name": clip.name, "samplers": samplers, "channels": channels })
+}
+
+fn curve_values(floats: &[f32], track: &ManifestTrack) -> Vec<f32> {
+    let values = &floats[track.value_offset as usize..][..track.value_count as usize];
+    let is_spline = track.interpolation == 2;
+    if track.property != 1 || is_spline {
+        return values.to_vec();
+    }
+    values.as_chunks::<4>().0.iter().flat_map(|&q| unit(q)).collect()
+}
+
+/// Textures of the document: one per image and wrapping.
+#[derive(Default)]
+struct Textures {
+    keys: Vec<(u32, u32)>,
+}
+
+impl Textures {
+    fn of(&mut self, material: &MaterialRecord) -> usize {
+        let wraps = material.flags >> material_flags::WRAP_U_SHIFT;
+        let mask = material_flags::WRAP_MASK | (material_flags::WRAP_MASK << 2);
+        let key = (material.image, wraps & mask);
+        self.keys.iter().position(|known| *known == key).unwrap_or_else(|| {
+            self.keys.push(key);
+            self.keys.len() - 1
+        })
+    }
+
+    fn images(&self) -> Vec<u32> {
+        let images: BTreeSet<u32> = self.keys.iter().map(|key| key.0).collect();
+        images.into_iter().collect()
+    }
+
+    fn add_to(&self, character: &Unpacked<'_>, document: &mut Map<String, Value>, buffer: &mut GlbBuffer) {
+        if self.keys.is_empty() {
+            return;
+        }
+        let images = self.images();
+        let mut wraps: Vec<u32> = self.keys.iter().map(|key| key.1).collect();
+        wraps.sort_unstable();
+        wraps.dedup();
+        let place = |list: &[u32], item: u32| list.binary_search(&item).expect("listed above");
+        let textures = self.keys.iter().map(|&(image, wrap)| {
+            let (source, sampler) = (place(&images, image), place(&wraps, wrap));
+            if character.contents.images[image as usize].encoding == 2 {
+                json!({ "sampler": sampler, "extensions": { "EXT_texture_webp": { "source": source } } })
+            } else {
+                json!({ "sampler": sampler, "source": source })
+            }
+        });
+        document.insert("textures".into(), textures.collect());
+        let samplers = wraps.iter().map(|wrap| {
+            let code = |bits: u32| [10497, 33071, 33648][(bits & material_flags::WRAP_MASK).min(2) as usize];
+            json!({ "magFilter": 9729, "minFilter": 9987, "wrapS": code(*wrap), "wrapT": code(*wrap >> 2) })
+        });
+        document.insert("samplers".into(), samplers.collect());
+        let images = images.iter().map(|&image| {
+            let record = character.contents.images[image as usize];
+            let bytes = &character.contents.image_bytes[record.byte_offset as usize..][..record.byte_count as usize];
+            let kind = ["image/png", "image/jpeg", "image/webp"][record.encoding as usize];
+            json!({ "bufferView": buffer.raw(bytes), "mimeType": kind })
+        });
+        let images: Vec<Value> = images.collect();
+        document.insert("images".into(), Value::Array(images));
+    }
+}
+
+fn material_json(character: &Unpacked<'_>, material: u32, textures: &mut Textures) -> Value {
+    let record = &character.materials[material as usize];
+    let mut surface = json!({ "metallicFactor": 0.0 });
+    let color = record.base_color.map(|channel| channel.clamp(0.0, 1.0));
+    if color != [1.0; 4] {
+        surface["baseColorFactor"] = json!(color);
+    }
+    if record.image != NONE {
+        surface["baseColorTexture"] = json!({ "index": textures.of(record) });
+    }
+    let mut json = json!({ "pbrMetallicRoughness": surface });
+    let name = &character.manifest.materials[material as usize];
+    if !name.is_empty() {
+        json["name"] = json!(name);
+    }
+    if record.alpha_cutoff > 0.0 {
+        json["alphaMode"] = json!("MASK");
+        json["alphaCutoff"] = json!(record.alpha_cutoff);
+    }
+    if record.flags & material_flags::DOUBLE_SIDED != 0 {
+        json["doubleSided"] = json!(true);
+    }
+    if record.flags & material_flags::UNLIT != 0 {
+        json["extensions"] = json!({ "KHR_materials_unlit": {} });
+    }
+    json
+}
+
+fn add_extensions(character: &Unpacked<'_>, used: &[u32], textures: &Textures, document: &mut Map<String, Value>) {
+    let unlit = used.iter().any(|&m| character.materials[m as usize].flags & material_flags::UNLIT != 0);
+    let webp = textures.images().iter().any(|&image| character.contents.images[image as usize].encoding == 2);
+    let names = [(unlit, "KHR_materials_unlit"), (webp, "EXT_texture_webp")];
+    let names: Vec<&str> = names.into_iter().filter(|(used, _)| *used).map(|(_, name)| name).collect();
+    if !names.is_empty() {
+        document.insert("extensionsUsed".into(), json!(names));
+    }
+    if webp {
+        document.insert("extensionsRequired".into(), json!(["EXT_texture_webp"]));
+    }
+}

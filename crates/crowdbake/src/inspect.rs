@@ -1,0 +1,475 @@
+//! What is in a pack or in an asset, as documents that print as tables or as JSON.
+
+use crate::bake::warning_sentence;
+use crate::error::{BakeError, Step};
+use crate::report::SCHEMA_VERSION;
+use crate::unpack::Unpacked;
+use crate::views;
+use crowd_lod::{Criteria, LodMesh, SeamReport};
+use crowd_pack::{AnimationLayout, ManifestSeams, PackContents};
+use crowd_source::{Limits, RawCharacter};
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::Path;
+
+/// A pack or an asset.
+#[derive(Debug, Serialize)]
+pub struct Inspection {
+    /// Version of this document.
+    pub schema_version: u32,
+    /// `pack` or `asset`.
+    pub kind: &'static str,
+    /// The file.
+    pub file: String,
+    /// Its bytes; of an asset without external files.
+    pub bytes: u64,
+    /// Program and version that wrote the pack.
+    pub generator: Option<String>,
+    /// How matrices are stored in the pack: `3x4` or `4x4`.
+    pub animation_layout: Option<&'static str>,
+    /// Images stored.
+    pub images: usize,
+    /// Bytes of the images.
+    pub image_bytes: u64,
+    /// The characters.
+    pub characters: Vec<CharacterInspection>,
+}
+
+/// A character.
+#[derive(Debug, Serialize)]
+pub struct CharacterInspection {
+    /// Name.
+    pub name: String,
+    /// File it was baked from.
+    pub source: String,
+    /// Full detail: vertices, seams split.
+    pub vertices: u32,
+    /// Full detail: triangles.
+    pub triangles: u32,
+    /// Coarsest level: vertices; of packs only.
+    pub coarsest_vertices: Option<u32>,
+    /// Coarsest level: triangles; of packs only.
+    pub coarsest_triangles: Option<u32>,
+    /// Levels of the continuous detail; of packs only.
+    pub levels: Option<usize>,
+    /// Criteria of the order; of packs only.
+    pub criteria: Option<String>,
+    /// Height at rest, metres; of packs only.
+    pub height_m: Option<f32>,
+    /// Radius of the sphere over all clips, metres; of packs only.
+    pub radius_m: Option<f32>,
+    /// Matrices a frame.
+    pub joints: usize,
+    /// Seams and classes.
+    pub seams: Seams,
+    /// Clips.
+    pub clips: Vec<ClipInspection>,
+    /// Materials.
+    pub materials: Vec<MaterialInspection>,
+    /// Parts of the source.
+    pub parts: Vec<PartInspection>,
+    /// Levels measured against full detail, coarsest first; of packs only.
+    pub measured: Vec<MeasuredInspection>,
+    /// What keeps the coarsest level from going further; of packs only.
+    pub blocked: Option<Blocked>,
+    /// Warnings.
+    pub warnings: Vec<String>,
+}
+
+/// Seams and classes at full detail (Peng 2011, section 4.2).
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Seams {
+    /// Distinct positions.
+    pub positions: u32,
+    /// Vertices by texture coordinate and material.
+    pub wedges: u32,
+    /// Positions with two or more wedges.
+    pub seam_positions: u32,
+    /// Wedges of class fixed.
+    pub fixed: u32,
+    /// Of these, on an open border.
+    pub on_border: u32,
+    /// Wedges of class companioned.
+    pub companion: u32,
+    /// Wedges of class regular.
+    pub regular: u32,
+    /// Triangles dropped: two corners at one place.
+    pub degenerate_triangles: u32,
+    /// Edges with more than two triangles.
+    pub non_manifold_edges: u32,
+}
+
+/// A clip.
+#[derive(Debug, Serialize)]
+pub struct ClipInspection {
+    /// Name.
+    pub name: String,
+    /// Seconds.
+    pub duration_s: f32,
+    /// Frames; of packs only.
+    pub frames: Option<u32>,
+    /// Curves.
+    pub tracks: usize,
+    /// Mean horizontal speed of the root, metres a second; of packs only.
+    pub root_speed_m_s: Option<f32>,
+    /// Distance between first and last pose, metres; of packs only.
+    pub loop_gap_m: Option<f32>,
+}
+
+/// A material.
+#[derive(Debug, Serialize)]
+pub struct MaterialInspection {
+    /// Name.
+    pub name: String,
+    /// Linear RGBA.
+    pub base_color: [f32; 4],
+    /// Pixels of the texture.
+    pub texture: Option<[u32; 2]>,
+    /// Alpha below which nothing is drawn; 0 for opaque.
+    pub alpha_cutoff: f32,
+}
+
+/// A part.
+#[derive(Debug, Serialize)]
+pub struct PartInspection {
+    /// Name.
+    pub name: String,
+    /// Triangles in the source.
+    pub triangles: u32,
+    /// Follows one joint.
+    pub rigid: bool,
+}
+
+/// A measured level.
+#[derive(Debug, Serialize)]
+pub struct MeasuredInspection {
+    /// Vertices.
+    pub vertices: u32,
+    /// Triangles.
+    pub triangles: u32,
+    /// Root mean square distance, metres.
+    pub rms_m: f32,
+    /// Largest distance, metres.
+    pub max_m: f32,
+    /// Clip of the largest.
+    pub max_clip: String,
+}
+
+/// Positions that cannot move at the coarsest level.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Blocked {
+    /// On an open border or of class fixed.
+    pub fixed: u32,
+    /// On a seam without a partner.
+    pub seam: u32,
+    /// Link condition.
+    pub topology: u32,
+    /// Flipped triangle.
+    pub flip: u32,
+}
+
+/// Looks into a pack.
+pub fn inspect_pack(path: &Path, bytes: u64, contents: &PackContents) -> Inspection {
+    let characters = (0..contents.characters.len()).map(|index| inspect_packed(&Unpacked::new(contents, index)));
+    Inspection {
+        schema_version: SCHEMA_VERSION,
+        kind: "pack",
+        file: path.to_string_lossy().into_owned(),
+        bytes,
+        generator: Some(contents.manifest.generator.clone()),
+        animation_layout: Some(match contents.manifest.animation_layout {
+            AnimationLayout::Premultiplied3x4 => "3x4",
+            AnimationLayout::Split4x4 => "4x4",
+        }),
+        images: contents.images.len(),
+        image_bytes: contents.images.iter().map(|image| image.byte_count).sum(),
+        characters: characters.collect(),
+    }
+}
+
+fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
+    let (record, manifest) = (character.record, character.manifest);
+    let mut levels = character.lods.to_vec();
+    levels.dedup();
+    let clips = manifest.clips.iter().zip(character.clips).map(|(named, clip)| ClipInspection {
+        name: named.name.clone(),
+        duration_s: clip.duration_s,
+        frames: Some(clip.frame_count),
+        tracks: named.tracks.len(),
+        root_speed_m_s: Some(clip.root_speed_m_s),
+        loop_gap_m: Some(clip.loop_gap_m),
+    });
+    let materials = manifest.materials.iter().zip(character.materials).map(|(name, material)| MaterialInspection {
+        name: name.clone(),
+        base_color: material.base_color,
+        texture: character.contents.images.get(material.image as usize).map(|image| [image.width, image.height]),
+        alpha_cutoff: material.alpha_cutoff,
+    });
+    let parts = manifest.parts.iter().map(|part| PartInspection {
+        name: part.name.clone(),
+        triangles: part.triangle_count,
+        rigid: part.rigid,
+    });
+    let measured = manifest.measured.iter().map(|level| MeasuredInspection {
+        vertices: level.vertex_count,
+        triangles: level.triangle_count,
+        rms_m: level.rms_m,
+        max_m: level.max_m,
+        max_clip: manifest.clips.get(level.max_clip as usize).map(|clip| clip.name.clone()).unwrap_or_default(),
+    });
+    let b = manifest.blocked;
+    CharacterInspection {
+        name: manifest.name.clone(),
+        source: manifest.source.clone(),
+        vertices: record.vertex_count,
+        triangles: record.triangle_count,
+        coarsest_vertices: Some(record.min_vertex_count),
+        coarsest_triangles: Some(record.min_triangle_count),
+        levels: Some(levels.len()),
+        criteria: Some(manifest.criteria.clone()),
+        height_m: Some(record.height_m),
+        radius_m: Some(record.sphere[3]),
+        joints: manifest.joints.len(),
+        seams: Seams::from(&manifest.seams),
+        clips: clips.collect(),
+        materials: materials.collect(),
+        parts: parts.collect(),
+        measured: measured.collect(),
+        blocked: Some(Blocked { fixed: b.fixed, seam: b.seam, topology: b.topology, flip: b.flip }),
+        warnings: manifest.warnings.clone(),
+    }
+}
+
+/// Looks into an asset without baking it.
+///
+/// # Errors
+/// The asset is refused.
+pub fn inspect_asset(path: &Path) -> Result<Inspection, BakeError> {
+    let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let raw = crowd_source::load_character(path, &Limits::default())
+        .map_err(|error| BakeError::of(Step::Load, &name, error))?;
+    let seams = classify(&raw).map_err(|error| BakeError::of(Step::Simplify, &name, error))?;
+    Ok(Inspection {
+        schema_version: SCHEMA_VERSION,
+        kind: "asset",
+        file: path.to_string_lossy().into_owned(),
+        bytes: std::fs::metadata(path).map(|file| file.len()).unwrap_or_default(),
+        generator: None,
+        animation_layout: None,
+        images: raw.images.len(),
+        image_bytes: raw.images.iter().map(|image| image.bytes.len() as u64).sum(),
+        characters: vec![inspect_raw(&raw, &seams, path)],
+    })
+}
+
+/// Seams and classes of a raw character.
+pub(crate) fn classify(raw: &RawCharacter) -> Result<SeamReport, crowd_lod::Error> {
+    let mesh = views::quantize(&raw.mesh);
+    let triangle_materials = views::triangle_materials(&raw.mesh);
+    let lod_mesh = LodMesh {
+        positions: &mesh.positions,
+        normals: &mesh.normals,
+        uvs: &raw.mesh.uvs,
+        colors: &raw.mesh.colors,
+        joints: &mesh.joints,
+        weights: &mesh.weights,
+        triangles: &raw.mesh.triangles,
+        triangle_materials: &triangle_materials,
+    };
+    crowd_lod::classify(&lod_mesh, Criteria::default())
+}
+
+fn inspect_raw(raw: &RawCharacter, seams: &SeamReport, path: &Path) -> CharacterInspection {
+    let clips = raw.clips.iter().map(|clip| ClipInspection {
+        name: clip.name.clone(),
+        duration_s: views::clip_end_s(clip),
+        frames: None,
+        tracks: clip.tracks.len(),
+        root_speed_m_s: None,
+        loop_gap_m: None,
+    });
+    let materials = raw.materials.iter().map(|material| MaterialInspection {
+        name: material.name.clone(),
+        base_color: material.base_color,
+        texture: material.texture.map(|texture| {
+            let image = &raw.images[texture.image as usize];
+            [image.width, image.height]
+        }),
+        alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
+    });
+    let parts = raw.mesh.parts.iter().map(|part| PartInspection {
+        name: part.name.clone(),
+        triangles: part.triangle_count,
+        rigid: part.rigid,
+    });
+    CharacterInspection {
+        name: raw.name.clone(),
+        source: path.file_name().map(|file| file.to_string_lossy().into_owned()).unwrap_or_default(),
+        vertices: seams.vertex_count,
+        triangles: raw.mesh.triangles.len() as u32,
+        coarsest_vertices: None,
+        coarsest_triangles: None,
+        levels: None,
+        criteria: None,
+        height_m: None,
+        radius_m: None,
+        joints: raw.joints.len(),
+        seams: Seams::from(seams),
+        clips: clips.collect(),
+        materials: materials.collect(),
+        parts: parts.collect(),
+        measured: Vec::new(),
+        blocked: None,
+        warnings: raw.warnings.iter().map(warning_sentence).collect(),
+    }
+}
+
+impl From<&ManifestSeams> for Seams {
+    fn from(seams: &ManifestSeams) -> Self {
+        Self {
+            positions: seams.position_count,
+            wedges: seams.wedge_count,
+            seam_positions: seams.seam_position_count,
+            fixed: seams.fixed_count,
+            on_border: seams.border_count,
+            companion: seams.companion_count,
+            regular: seams.regular_count,
+            degenerate_triangles: seams.degenerate_triangle_count,
+            non_manifold_edges: seams.non_manifold_edge_count,
+        }
+    }
+}
+
+impl From<&SeamReport> for Seams {
+    fn from(seams: &SeamReport) -> Self {
+        Self {
+            positions: seams.position_count,
+            wedges: seams.wedge_count,
+            seam_positions: seams.seam_position_count,
+            fixed: seams.fixed_count,
+            on_border: seams.border_count,
+            companion: seams.companion_count,
+            regular: seams.regular_count,
+            degenerate_triangles: seams.degenerate_triangle_count,
+            non_manifold_edges: seams.non_manifold_edge_count,
+        }
+    }
+}
+
+/// The document as a text for people. Writing to a `String` cannot fail, so the results of `write!` are not looked at.
+pub fn to_text(inspection: &Inspection) -> String {
+    let mut out = String::new();
+    let _ = write!(out, "{}: {}, {} bytes", inspection.file, inspection.kind, grouped(inspection.bytes));
+    if let (Some(generator), Some(layout)) = (&inspection.generator, inspection.animation_layout) {
+        let _ = write!(out, ", {} character(s), matrices {layout}, by {generator}", inspection.characters.len());
+    }
+    let _ = writeln!(out, ", {} image(s) of {} bytes", inspection.images, grouped(inspection.image_bytes));
+    for character in &inspection.characters {
+        write_character(&mut out, character);
+    }
+    // Names come from files, and a terminal obeys what it is shown.
+    out.chars().map(|c| if c.is_control() && c != '\n' { '\u{fffd}' } else { c }).collect()
+}
+
+fn write_character(out: &mut String, character: &CharacterInspection) {
+    let c = character;
+    let _ = writeln!(out, "\n{} (from {})", c.name, c.source);
+    let _ = writeln!(out, "  full detail   {} triangles, {} vertices", grouped(c.triangles), grouped(c.vertices));
+    if let (Some(vertices), Some(triangles), Some(levels)) = (c.coarsest_vertices, c.coarsest_triangles, c.levels) {
+        let _ = writeln!(
+            out,
+            "  coarsest      {} triangles, {} vertices; {} levels between, criteria {}",
+            grouped(triangles),
+            grouped(vertices),
+            grouped(levels as u64),
+            c.criteria.as_deref().unwrap_or("-"),
+        );
+    }
+    if let (Some(height), Some(radius)) = (c.height_m, c.radius_m) {
+        let _ = writeln!(out, "  size          {height:.3} m high, sphere of {radius:.3} m over all clips");
+    }
+    let s = c.seams;
+    let _ = writeln!(
+        out,
+        "  seams         {} positions, {} wedges, {} positions on seams",
+        grouped(s.positions),
+        grouped(s.wedges),
+        grouped(s.seam_positions)
+    );
+    let _ = writeln!(
+        out,
+        "  classes       {} regular, {} companion, {} fixed ({} on open borders)",
+        grouped(s.regular),
+        grouped(s.companion),
+        grouped(s.fixed),
+        grouped(s.on_border)
+    );
+    if s.degenerate_triangles + s.non_manifold_edges > 0 {
+        let _ = writeln!(
+            out,
+            "  odd           {} degenerate triangles dropped, {} edges with more than two triangles",
+            s.degenerate_triangles, s.non_manifold_edges
+        );
+    }
+    if let Some(b) = c.blocked {
+        let _ = writeln!(
+            out,
+            "  blocked       {} fixed, {} seam, {} topology, {} flip",
+            b.fixed, b.seam, b.topology, b.flip
+        );
+    }
+    let rigid = c.parts.iter().filter(|part| part.rigid).count();
+    let _ = writeln!(out, "  skeleton      {} joints; {} parts, {rigid} of them rigid", c.joints, c.parts.len());
+    for material in &c.materials {
+        let texture = material.texture.map_or("no texture".to_owned(), |[w, h]| format!("texture {w}x{h}"));
+        let mask = if material.alpha_cutoff > 0.0 { ", masked" } else { "" };
+        let _ = writeln!(out, "  material      {}: {texture}{mask}", material.name);
+    }
+    for clip in &c.clips {
+        let _ = write!(out, "  clip          {}: {:.2} s", clip.name, clip.duration_s);
+        if let (Some(frames), Some(speed), Some(gap)) = (clip.frames, clip.root_speed_m_s, clip.loop_gap_m) {
+            let _ = write!(out, ", {frames} frames, root {speed:.2} m/s, loop gap {gap:.3} m");
+        }
+        out.push('\n');
+    }
+    if !c.measured.is_empty() {
+        let _ = writeln!(out, "  measured      triangles  vertices     rms mm     max mm  worst clip");
+        for level in &c.measured {
+            let _ = writeln!(
+                out,
+                "                {:>9}  {:>8}  {:>9.3}  {:>9.3}  {}",
+                level.triangles,
+                level.vertices,
+                level.rms_m * 1e3,
+                level.max_m * 1e3,
+                level.max_clip
+            );
+        }
+    }
+    for warning in &c.warnings {
+        let _ = writeln!(out, "  warning       {warning}");
+    }
+}
+
+/// Digits in groups of three.
+pub(crate) fn grouped(number: impl Into<u64>) -> String {
+    let digits = number.into().to_string();
+    let mut out = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_grouped() {
+        assert_eq!([grouped(7_u32), grouped(1000_u32), grouped(1_234_567_u32)], ["7", "1,000", "1,234,567"]);
+    }
+}

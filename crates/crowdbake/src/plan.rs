@@ -1,0 +1,330 @@
+//! The meanings: which characters a command line names, and how each is to be baked.
+
+use crate::cli::{BakeOptions, CriteriaWord, DEFAULT_FPS, LayoutWord};
+use crate::crowd_toml::{self, Settings};
+use crate::error::{BakeError, Cause, Step};
+use crowd_lod::Criteria;
+use crowd_pack::AnimationLayout;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Folders below a given one that are looked into: deeper trees are loops or mistakes.
+const FOLDER_DEPTH: usize = 32;
+
+/// What a bake will do.
+#[derive(Debug, Default)]
+pub struct Plan {
+    /// Characters in the order of the pack.
+    pub entries: Vec<PlanEntry>,
+    /// How matrices are stored.
+    pub animation_layout: AnimationLayout,
+    /// Inputs that name no character.
+    pub refused: Vec<BakeError>,
+    /// What people should know: names made unique, files named twice.
+    pub notes: Vec<String>,
+    /// Every file read, manifests too: outputs may not be one of them.
+    pub inputs: Vec<PathBuf>,
+}
+
+/// One character to bake.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanEntry {
+    /// The asset.
+    pub path: PathBuf,
+    /// Unique name in the pack.
+    pub name: String,
+    /// Frames a second.
+    pub fps: f32,
+    /// Which collapses are allowed.
+    pub criteria: Criteria,
+    /// Names or patterns of the clips to keep; `None` for all.
+    pub clips: Option<Vec<String>>,
+}
+
+impl PlanEntry {
+    /// A file with the defaults, named by its stem.
+    pub fn of_file(path: &Path) -> Self {
+        entry_of(Found { path: path.to_owned(), settings: Settings::default() }, &BakeOptions::default())
+    }
+}
+
+/// Why an input names no character.
+#[non_exhaustive]
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// Nothing there.
+    #[error("{0}: no such file or folder")]
+    NoSuchInput(PathBuf),
+    /// A pattern without a match.
+    #[error("{0}: the pattern matches no .glb, .gltf or .obj file")]
+    NothingMatches(String),
+    /// A folder without assets.
+    #[error("{0}: no .glb, .gltf or .obj file in it or below it")]
+    EmptyFolder(PathBuf),
+    /// Neither an asset nor a manifest.
+    #[error("{path}: found {found}, allowed .glb, .gltf, .obj, .toml or a folder")]
+    UnknownKind {
+        /// The file.
+        path: PathBuf,
+        /// Its ending.
+        found: String,
+    },
+    /// A pattern that cannot be read.
+    #[error("{pattern}: {source}")]
+    Pattern {
+        /// The pattern.
+        pattern: String,
+        /// What is wrong with it.
+        source: glob::PatternError,
+    },
+    /// A manifest is wrong.
+    #[error("{path}: {key}: {problem}")]
+    Config {
+        /// The manifest.
+        path: PathBuf,
+        /// Where, as in `characters[1].clips`.
+        key: String,
+        /// Found and allowed.
+        problem: String,
+    },
+    /// Reading failed.
+    #[error("{path}: {source}")]
+    Io {
+        /// File or folder.
+        path: PathBuf,
+        /// The system's word.
+        source: std::io::Error,
+    },
+}
+
+/// A file on its way to an entry.
+struct Found {
+    path: PathBuf,
+    settings: Settings,
+}
+
+/// Expands inputs to characters. Never fails: what names no character is in [`Plan::refused`].
+pub fn make_plan(inputs: &[PathBuf], options: &BakeOptions, layout: Option<LayoutWord>) -> Plan {
+    let mut plan = Plan::default();
+    let mut found = Vec::new();
+    for input in inputs {
+        match expand(input, &mut plan) {
+            Ok(files) => found.extend(files),
+            Err(cause) => plan.refused.push(BakeError::whole(Step::Plan, Cause::Plan(cause))),
+        }
+    }
+    drop_repeated(&mut found, &mut plan.notes);
+    plan.inputs.extend(found.iter().map(|file| file.path.clone()));
+    plan.entries = found.into_iter().map(|file| entry_of(file, options)).collect();
+    make_names_unique(&mut plan);
+    if let Some(layout) = layout {
+        plan.animation_layout = match layout {
+            LayoutWord::Premultiplied3x4 => AnimationLayout::Premultiplied3x4,
+            LayoutWord::Split4x4 => AnimationLayout::Split4x4,
+        };
+    }
+    plan
+}
+
+/// The name of criteria in manifests, packs and reports.
+pub fn criteria_name(criteria: Criteria) -> &'static str {
+    match criteria {
+        Criteria::Wedge => "wedge",
+        Criteria::Peng2011 => "peng2011",
+    }
+}
+
+fn expand(input: &Path, plan: &mut Plan) -> Result<Vec<Found>, PlanError> {
+    let plain = |path| Found { path, settings: Settings::default() };
+    if input.is_dir() {
+        let mut files = Vec::new();
+        walk(input, FOLDER_DEPTH, &mut files)?;
+        if files.is_empty() {
+            return Err(PlanError::EmptyFolder(input.to_owned()));
+        }
+        return Ok(files.into_iter().map(plain).collect());
+    }
+    if input.exists() {
+        return match ending(input).as_str() {
+            "toml" => expand_manifest(input, plan),
+            "glb" | "gltf" | "obj" => Ok(vec![plain(input.to_owned())]),
+            other => {
+                let found = if other.is_empty() { "no ending".to_owned() } else { format!(".{other}") };
+                Err(PlanError::UnknownKind { path: input.to_owned(), found })
+            }
+        };
+    }
+    let pattern = input.to_string_lossy();
+    if !pattern.contains(['*', '?', '[']) {
+        return Err(PlanError::NoSuchInput(input.to_owned()));
+    }
+    let matches = glob::glob(&pattern)
+        .map_err(|source| PlanError::Pattern { pattern: pattern.to_string(), source })?
+        .filter_map(Result::ok);
+    let mut files: Vec<PathBuf> = matches.filter(|path| is_asset(path) && path.is_file()).collect();
+    files.sort();
+    if files.is_empty() {
+        return Err(PlanError::NothingMatches(pattern.to_string()));
+    }
+    Ok(files.into_iter().map(plain).collect())
+}
+
+fn expand_manifest(path: &Path, plan: &mut Plan) -> Result<Vec<Found>, PlanError> {
+    let text = std::fs::read_to_string(path).map_err(|source| PlanError::Io { path: path.to_owned(), source })?;
+    let manifest = crowd_toml::read(&text).map_err(|wrong| PlanError::Config {
+        path: path.to_owned(),
+        key: wrong.key,
+        problem: wrong.problem,
+    })?;
+    plan.inputs.push(path.to_owned());
+    if let Some(layout) = manifest.animation_layout {
+        plan.animation_layout = layout;
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let characters = manifest.characters.into_iter();
+    Ok(characters.map(|(source, settings)| Found { path: folder.join(source), settings }).collect())
+}
+
+/// All assets below a folder, in order of their paths. Links to folders are not followed: they may form loops.
+fn walk(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) -> Result<(), PlanError> {
+    let fail = |source| PlanError::Io { path: folder.to_owned(), source };
+    let mut items = std::fs::read_dir(folder)
+        .and_then(|items| items.map(|item| item.map(|item| item.path())).collect::<Result<Vec<_>, _>>())
+        .map_err(fail)?;
+    items.sort();
+    for item in items {
+        if item.is_dir() {
+            if depth > 0 && !item.is_symlink() {
+                walk(&item, depth - 1, files)?;
+            }
+        } else if is_asset(&item) {
+            files.push(item);
+        }
+    }
+    Ok(())
+}
+
+fn is_asset(path: &Path) -> bool {
+    matches!(ending(path).as_str(), "glb" | "gltf" | "obj")
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// A file that two inputs name is baked once, unless a manifest gives it settings of its own.
+fn drop_repeated(found: &mut Vec<Found>, notes: &mut Vec<String>) {
+    let mut seen = BTreeSet::new();
+    found.retain(|file| {
+        if file.settings != Settings::default() {
+            return true;
+        }
+        let real = file.path.canonicalize().unwrap_or_else(|_| file.path.clone());
+        let first = seen.insert(real);
+        if !first {
+            notes.push(format!("{}: named twice, baked once", file.path.display()));
+        }
+        first
+    });
+}
+
+/// The command line wins over the manifest's entry, which already holds the manifest's defaults.
+fn entry_of(found: Found, options: &BakeOptions) -> PlanEntry {
+    let stem = found.path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let criteria = options.criteria.map(|word| match word {
+        CriteriaWord::Wedge => Criteria::Wedge,
+        CriteriaWord::Peng2011 => Criteria::Peng2011,
+    });
+    PlanEntry {
+        name: found.settings.name.or(stem).unwrap_or_else(|| "character".to_owned()),
+        fps: options.fps.or(found.settings.fps).unwrap_or(DEFAULT_FPS),
+        criteria: criteria.or(found.settings.criteria).unwrap_or_default(),
+        clips: options.clips.clone().or(found.settings.clips),
+        path: found.path,
+    }
+}
+
+/// The second `knight` becomes `knight-2`, said aloud.
+fn make_names_unique(plan: &mut Plan) {
+    let mut taken: BTreeSet<String> = BTreeSet::new();
+    let all: BTreeSet<String> = plan.entries.iter().map(|entry| entry.name.clone()).collect();
+    for entry in &mut plan.entries {
+        if taken.insert(entry.name.clone()) {
+            continue;
+        }
+        let free = (2_u32..)
+            .map(|number| format!("{}-{number}", entry.name))
+            .find(|name| !taken.contains(name) && !all.contains(name))
+            .expect("there are more numbers than characters");
+        plan.notes.push(format!("{}: the name `{}` is taken, baked as `{free}`", entry.path.display(), entry.name));
+        taken.insert(free.clone());
+        entry.name = free;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder_with(files: &[&str]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for file in files {
+            let path = folder.path().join(file);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, b"").unwrap();
+        }
+        folder
+    }
+
+    fn names(plan: &Plan) -> Vec<&str> {
+        plan.entries.iter().map(|entry| entry.name.as_str()).collect()
+    }
+
+    #[test]
+    fn a_folder_is_walked_in_order_and_names_are_made_unique() {
+        let folder = folder_with(&["b/knight.glb", "a/knight.gltf", "a/knight.bin", "c.OBJ", "knight-2.glb"]);
+        let plan = make_plan(&[folder.path().to_owned()], &BakeOptions::default(), None);
+        assert_eq!(names(&plan), ["knight", "knight-3", "c", "knight-2"]);
+        assert_eq!(plan.notes.len(), 1);
+        assert!(plan.refused.is_empty());
+    }
+
+    #[test]
+    fn patterns_match_assets_only_and_a_repeated_file_is_baked_once() {
+        let folder = folder_with(&["a.glb", "b.glb", "b.png"]);
+        let pattern = folder.path().join("*");
+        let plan = make_plan(&[pattern, folder.path().join("a.glb")], &BakeOptions::default(), None);
+        assert_eq!(names(&plan), ["a", "b"]);
+        assert!(plan.notes[0].contains("named twice"), "{:?}", plan.notes);
+    }
+
+    #[test]
+    fn each_wrong_input_is_refused_by_itself() {
+        let folder = folder_with(&["a.glb", "readme.txt", "empty/x.png"]);
+        let at = |name: &str| folder.path().join(name);
+        let inputs = [at("gone.glb"), at("readme.txt"), at("empty"), at("*.obj"), at("a.glb")];
+        let plan = make_plan(&inputs, &BakeOptions::default(), None);
+        assert_eq!(names(&plan), ["a"]);
+        let words: Vec<String> = plan.refused.iter().map(ToString::to_string).collect();
+        for (line, part) in words.iter().zip(["no such file", "found .txt", "no .glb", "matches no"]) {
+            assert!(line.starts_with("plan: ") && line.contains(part), "{line}");
+        }
+        assert_eq!(words.len(), 4);
+    }
+
+    #[test]
+    fn the_command_line_wins_over_the_entry_and_the_entry_over_the_defaults() {
+        let folder = folder_with(&["a.glb", "b.glb"]);
+        let text = "[defaults]\nfps = 20\nclips = ['x']\n[[characters]]\nsource = 'a.glb'\nname = 'first'\nfps = 24\n\
+                    criteria = 'peng2011'\n[[characters]]\nsource = 'b.glb'\n";
+        std::fs::write(folder.path().join("crowd.toml"), text).unwrap();
+        let inputs = [folder.path().join("crowd.toml")];
+        let plan = make_plan(&inputs, &BakeOptions::default(), None);
+        assert_eq!(names(&plan), ["first", "b"]);
+        assert_eq!((plan.entries[0].fps, plan.entries[1].fps), (24.0, 20.0));
+        assert_eq!(plan.entries[0].criteria, Criteria::Peng2011);
+        assert_eq!(plan.entries[1].clips.as_deref(), Some(&["x".to_owned()][..]));
+        let options = BakeOptions { fps: Some(60.0), ..BakeOptions::default() };
+        assert!(make_plan(&inputs, &options, None).entries.iter().all(|entry| entry.fps == 60.0));
+    }
+}

@@ -1,0 +1,200 @@
+//! What a bake did, as JSON: steps and their seconds, counts before and after, warnings. Schema 1.
+
+use crate::bake::{BakedCharacter, StepTime};
+use crate::error::BakeError;
+use crate::plan::{Plan, PlanEntry, criteria_name};
+use serde::Serialize;
+
+/// Version of every JSON document this program prints; a change that could break a reader raises it.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The report of a bake.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Program and version.
+    pub generator: String,
+    /// The verb: `bake`.
+    pub command: &'static str,
+    /// The pack, when one was written.
+    pub pack: Option<PackReport>,
+    /// One entry a character of the plan, in the pack's order, refused ones too.
+    pub characters: Vec<CharacterReport>,
+    /// Inputs that named no character.
+    pub refused_inputs: Vec<String>,
+    /// Wall-clock seconds of the whole run.
+    pub seconds: f64,
+    /// Threads.
+    pub jobs: usize,
+    /// The exit code of the run.
+    pub exit_code: u8,
+}
+
+/// The file written.
+#[derive(Debug, Serialize)]
+pub struct PackReport {
+    /// Its path as given.
+    pub path: String,
+    /// Bytes.
+    pub bytes: u64,
+    /// Name and bytes of each section, in file order.
+    pub sections: Vec<SectionReport>,
+}
+
+/// A section of the file.
+#[derive(Debug, Serialize)]
+pub struct SectionReport {
+    /// Name.
+    pub name: String,
+    /// Bytes.
+    pub bytes: u64,
+}
+
+/// One character.
+#[derive(Debug, Serialize)]
+pub struct CharacterReport {
+    /// Name in the pack.
+    pub name: String,
+    /// The asset.
+    pub source: String,
+    /// `baked` or `refused`.
+    pub status: &'static str,
+    /// Why it was refused.
+    pub error: Option<String>,
+    /// Criteria of the order.
+    pub criteria: &'static str,
+    /// Frames a second.
+    pub fps: f32,
+    /// Seconds of each step.
+    pub steps: Vec<StepTime>,
+    /// As found in the file.
+    pub before: Option<Counts>,
+    /// The coarsest level: what the continuous detail reaches down to.
+    pub after: Option<Counts>,
+    /// Vertices after splitting along seams: full detail in the pack.
+    pub full_detail: Option<Counts>,
+    /// Joints, clips, frames.
+    pub animation: Option<AnimationCounts>,
+    /// Levels that were measured, coarsest first.
+    pub measured: Vec<MeasuredReport>,
+    /// Import and bake warnings.
+    pub warnings: Vec<WarningReport>,
+}
+
+/// Sizes of a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Vertices.
+    pub vertices: u32,
+    /// Triangles.
+    pub triangles: u32,
+}
+
+/// Sizes of the animation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct AnimationCounts {
+    /// Matrices a frame.
+    pub joints: u32,
+    /// Clips.
+    pub clips: u32,
+    /// Frames over all clips.
+    pub frames: u32,
+}
+
+/// A measured level.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MeasuredReport {
+    /// Vertices.
+    pub vertices: u32,
+    /// Triangles.
+    pub triangles: u32,
+    /// Root mean square distance to full detail over frames, metres.
+    pub rms_m: f32,
+    /// Largest distance, metres.
+    pub max_m: f32,
+}
+
+/// A warning.
+#[derive(Debug, Serialize)]
+pub struct WarningReport {
+    /// Stable name.
+    pub code: &'static str,
+    /// Where.
+    pub place: String,
+    /// How many things it happened to.
+    pub count: u64,
+    /// A sentence for people.
+    pub message: String,
+}
+
+impl CharacterReport {
+    /// What became of an entry of the plan.
+    pub fn new(entry: &PlanEntry, result: &Result<BakedCharacter, BakeError>) -> Self {
+        let mut report = Self {
+            name: entry.name.clone(),
+            source: entry.path.to_string_lossy().into_owned(),
+            status: "refused",
+            error: None,
+            criteria: criteria_name(entry.criteria),
+            fps: entry.fps,
+            steps: Vec::new(),
+            before: None,
+            after: None,
+            full_detail: None,
+            animation: None,
+            measured: Vec::new(),
+            warnings: Vec::new(),
+        };
+        match result {
+            Err(error) => report.error = Some(error.to_string()),
+            Ok(baked) => report.fill(baked),
+        }
+        report
+    }
+
+    fn fill(&mut self, baked: &BakedCharacter) {
+        let order = &baked.order;
+        let of_level = |level: Option<&crowd_lod::Level>| {
+            level.map(|level| Counts { vertices: level.vertex_count, triangles: level.triangle_count })
+        };
+        self.status = "baked";
+        self.steps = baked.steps.clone();
+        self.before = Some(Counts {
+            vertices: baked.raw.mesh.positions.len() as u32,
+            triangles: baked.raw.mesh.triangles.len() as u32,
+        });
+        self.full_detail = of_level(order.levels.last());
+        self.after = of_level(order.levels.first());
+        self.animation = Some(AnimationCounts {
+            joints: baked.raw.joints.len() as u32,
+            clips: baked.clips.len() as u32,
+            frames: baked.clips.iter().map(|clip| clip.frame_count).sum(),
+        });
+        let measured = order.measured.iter().map(|level| MeasuredReport {
+            vertices: level.vertex_count,
+            triangles: level.triangle_count,
+            rms_m: level.error.rms_m,
+            max_m: level.error.max_m,
+        });
+        self.measured = measured.collect();
+        let warnings = baked.warnings.iter().map(|warning| WarningReport {
+            code: warning.code,
+            place: warning.place.clone(),
+            count: warning.count,
+            message: warning.message.clone(),
+        });
+        self.warnings = warnings.collect();
+    }
+}
+
+/// Inputs that named no character, as sentences.
+pub fn refused_inputs(plan: &Plan) -> Vec<String> {
+    plan.refused.iter().map(ToString::to_string).collect()
+}
+
+/// A document as indented JSON with a line end.
+pub fn to_json(document: &impl Serialize) -> String {
+    // Maps with text keys and finite or null numbers: serialisation has nothing to fail on.
+    serde_json::to_string_pretty(document).map(|json| json + "\n").unwrap_or_default()
+}

@@ -1,0 +1,283 @@
+//! Checks that a pack keeps its promises: levels, companions, bounds, images, measured errors.
+//!
+//! That the bytes are whole and the records agree with each other was checked on opening; here levels are rebuilt.
+
+use crate::pose::{Mat3x4, pose_positions};
+use crate::unpack::Unpacked;
+use crate::views::frame_weights;
+use crowd_lod::LodPoses;
+use crowd_pack::{LodRecord, PackContents, vertex_class};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+/// Bounds may be missed by this share of the radius: sphere and palettes are rounded to 32 bits.
+const BOUND_SLACK: f32 = 1e-5;
+/// Where matrices are multiplied again (split layout) the product is rounded differently.
+const SPLIT_SLACK: f32 = 1e-4;
+/// Measured errors may differ by this share, and this share of the height: the same points and frames are measured, but
+/// on palettes that the split layout rounds differently.
+const ERROR_SLACK: f32 = 0.02;
+
+/// One promise, looked at.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Check {
+    /// The character; empty for the whole pack.
+    pub character: String,
+    /// Name of the check, kebab-case.
+    pub check: &'static str,
+    /// Kept or broken.
+    pub passed: bool,
+    /// What was looked at, or the first thing that is wrong.
+    pub detail: String,
+}
+
+/// Checks every character of a pack that opened. `level_count`: levels looked at for each character.
+pub fn verify(contents: &PackContents, level_count: usize) -> Vec<Check> {
+    let mut checks = vec![check_images(contents)];
+    for index in 0..contents.characters.len() {
+        let character = Unpacked::new(contents, index);
+        let levels = spread_levels(&character, level_count.max(2));
+        for (check, result) in [
+            ("levels-are-meshes", check_levels(&character, &levels)),
+            ("companions-stay-together", check_companions(&character, &levels)),
+            ("no-new-open-edges", check_open_edges(&character, &levels)),
+            ("bounds-hold-every-frame", check_bounds(&character)),
+            ("errors-measure-again", check_errors(&character)),
+        ] {
+            let (passed, detail) = match result {
+                Ok(detail) => (true, detail),
+                Err(problem) => (false, problem),
+            };
+            checks.push(Check { character: character.manifest.name.clone(), check, passed, detail });
+        }
+    }
+    checks
+}
+
+fn check_images(contents: &PackContents) -> Check {
+    let decode = |index: usize| {
+        let image = contents.images[index];
+        let bytes = &contents.image_bytes[image.byte_offset as usize..][..image.byte_count as usize];
+        let texture = crowd_raster::decode_texture(bytes, 64).map_err(|error| format!("image {index}: {error}"))?;
+        if texture.mips.is_empty() { Err(format!("image {index}: no pixels")) } else { Ok(()) }
+    };
+    let result: Result<Vec<()>, String> = (0..contents.images.len()).into_par_iter().map(decode).collect();
+    let (passed, detail) = match result {
+        Ok(images) => (true, format!("{} image(s) decode", images.len())),
+        Err(problem) => (false, problem),
+    };
+    Check { character: String::new(), check: "images-decode", passed, detail }
+}
+
+/// The coarsest, the finest, and some between, evenly by their number.
+fn spread_levels(character: &Unpacked<'_>, count: usize) -> Vec<LodRecord> {
+    let mut all: Vec<LodRecord> = character.lods.to_vec();
+    all.dedup();
+    let last = all.len() - 1;
+    let mut chosen: Vec<LodRecord> = (0..count).map(|i| all[i * last / (count - 1)]).collect();
+    chosen.dedup();
+    chosen
+}
+
+fn check_levels(character: &Unpacked<'_>, levels: &[LodRecord]) -> Result<String, String> {
+    levels.par_iter().try_for_each(|&level| {
+        let here = |problem: String| format!("level of {} vertices: {problem}", level.vertex_count);
+        let triangles = character.level_triangles(level);
+        if triangles.len() != level.triangle_count as usize {
+            return Err(here(format!("found {} triangles, promised {}", triangles.len(), level.triangle_count)));
+        }
+        for (index, triangle) in triangles.iter().enumerate() {
+            let [a, b, c] = *triangle;
+            if triangle.iter().any(|&corner| corner >= level.vertex_count) {
+                return Err(here(format!("triangle {index}: found {triangle:?}, allowed below the vertex count")));
+            }
+            let place = |corner: u32| character.positions[corner as usize];
+            if a == b || b == c || c == a || place(a) == place(b) || place(b) == place(c) || place(c) == place(a) {
+                return Err(here(format!("triangle {index}: {triangle:?} has two corners at one place")));
+            }
+        }
+        Ok(())
+    })?;
+    Ok(format!("{} levels", levels.len()))
+}
+
+/// Vertices at one place with one skinning are wedges of one position.
+fn positions_of_vertices(character: &Unpacked<'_>) -> Vec<u32> {
+    let mut known = HashMap::new();
+    let key = |v: usize| {
+        let vertex = &character.vertices[v];
+        (vertex.position.map(f32::to_bits), vertex.joints, vertex.weights)
+    };
+    (0..character.vertices.len())
+        .map(|v| {
+            let next = known.len() as u32;
+            *known.entry(key(v)).or_insert(next)
+        })
+        .collect()
+}
+
+fn check_companions(character: &Unpacked<'_>, levels: &[LodRecord]) -> Result<String, String> {
+    let mut wedges: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (vertex, position) in positions_of_vertices(character).into_iter().enumerate() {
+        if character.vertices[vertex].class() == vertex_class::COMPANION {
+            wedges.entry(position).or_default().push(vertex as u32);
+        }
+    }
+    for level in levels {
+        for vertices in wedges.values() {
+            let kept = vertices.iter().filter(|&&vertex| vertex < level.vertex_count).count();
+            if kept != 0 && kept != vertices.len() {
+                return Err(format!(
+                    "level of {} vertices: keeps {kept} of the companions {vertices:?}",
+                    level.vertex_count
+                ));
+            }
+        }
+    }
+    Ok(format!("{} pairs at {} levels", wedges.len(), levels.len()))
+}
+
+/// Edges by position that one triangle alone has: a seam that opens shows as such an edge.
+fn open_edges(triangles: &[[u32; 3]], position_of: &[u32]) -> usize {
+    let mut uses: HashMap<(u32, u32), u32> = HashMap::with_capacity(triangles.len() * 2);
+    for triangle in triangles {
+        for corner in 0..3 {
+            let a = position_of[triangle[corner] as usize];
+            let b = position_of[triangle[(corner + 1) % 3] as usize];
+            *uses.entry((a.min(b), a.max(b))).or_default() += 1;
+        }
+    }
+    uses.values().filter(|&&count| count == 1).count()
+}
+
+fn check_open_edges(character: &Unpacked<'_>, levels: &[LodRecord]) -> Result<String, String> {
+    let position_of = positions_of_vertices(character);
+    let full = open_edges(character.triangles, &position_of);
+    let most = levels
+        .par_iter()
+        .map(|&level| {
+            let found = open_edges(&character.level_triangles(level), &position_of);
+            if found <= full {
+                Ok(found)
+            } else {
+                Err(format!(
+                    "level of {} vertices: found {found} open edges, full detail has {full}",
+                    level.vertex_count
+                ))
+            }
+        })
+        .try_reduce(|| 0, |a, b| Ok(a.max(b)))?;
+    Ok(format!("{full} open edges at full detail, at most {most} at {} levels", levels.len()))
+}
+
+fn slack(character: &Unpacked<'_>) -> f32 {
+    match character.contents.manifest.animation_layout {
+        crowd_pack::AnimationLayout::Premultiplied3x4 => BOUND_SLACK,
+        crowd_pack::AnimationLayout::Split4x4 => SPLIT_SLACK,
+    }
+}
+
+fn check_bounds(character: &Unpacked<'_>) -> Result<String, String> {
+    let record = character.record;
+    let slack = record.sphere[3] * slack(character);
+    let mut frames = 0;
+    for (index, clip) in character.clips.iter().enumerate() {
+        let palettes = character.palettes(index);
+        let name = &character.manifest.clips[index].name;
+        palettes.par_chunks_exact(character.joint_count()).enumerate().try_for_each(|(frame, palette)| {
+            let posed = pose_positions(&character.positions, &character.joints, &character.weights, palette);
+            for (vertex, p) in posed.iter().enumerate() {
+                for (what, sphere) in [("clip's sphere", clip.sphere), ("character's sphere", record.sphere)] {
+                    let d: [f32; 3] = std::array::from_fn(|axis| p[axis] - sphere[axis]);
+                    let distance = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+                    // Written so that a NaN fails.
+                    if !(distance <= sphere[3] + slack) {
+                        return Err(format!(
+                            "clip `{name}` frame {frame}: vertex {vertex} lies {distance} m from the {what}'s centre, \
+                             its radius is {} m",
+                            sphere[3]
+                        ));
+                    }
+                }
+                let inside =
+                    |axis: usize| p[axis] >= record.box_min[axis] - slack && p[axis] <= record.box_max[axis] + slack;
+                if !(0..3).all(inside) {
+                    return Err(format!("clip `{name}` frame {frame}: vertex {vertex} at {p:?} lies outside the box"));
+                }
+            }
+            Ok(())
+        })?;
+        frames += clip.frame_count;
+    }
+    Ok(format!("{} vertices in {frames} frames", character.vertices.len()))
+}
+
+fn check_errors(character: &Unpacked<'_>) -> Result<String, String> {
+    let manifest = character.manifest;
+    let frame_counts: Vec<u32> = character.clips.iter().map(|clip| clip.frame_count).collect();
+    let frames = crowd_lod::measured_frames(&frame_weights(&frame_counts), manifest.measured_frames);
+    let palettes = palettes_of(character, &frames);
+    let poses = LodPoses {
+        palettes: &palettes,
+        joint_count: character.joint_count(),
+        frame_weights: &vec![1.0 / frames.len() as f32; frames.len()],
+    };
+    let floor_m = 1e-5 * character.record.height_m.max(character.record.sphere[3]);
+    let mut largest = 0.0_f32;
+    for measured in &manifest.measured {
+        let level = LodRecord { vertex_count: measured.vertex_count, triangle_count: measured.triangle_count };
+        let again = crowd_lod::measure_level(
+            &character.positions,
+            &character.joints,
+            &character.weights,
+            character.triangles,
+            &character.level_triangles(level),
+            &poses,
+            manifest.samples_per_frame,
+        );
+        for (what, promised, found) in
+            [("RMS", measured.rms_m, again.rms_m), ("largest distance", measured.max_m, again.max_m)]
+        {
+            if !((promised - found).abs() <= ERROR_SLACK * promised + floor_m) {
+                return Err(format!(
+                    "level of {} vertices: {what} is {found} m, the manifest says {promised} m",
+                    measured.vertex_count
+                ));
+            }
+            largest = largest.max((promised - found).abs());
+        }
+    }
+    Ok(format!("{} levels on {} frames, at most {largest:.2e} m apart", manifest.measured.len(), frames.len()))
+}
+
+/// Palettes of some frames, counted over all clips; `frames` rising.
+fn palettes_of(character: &Unpacked<'_>, frames: &[usize]) -> Vec<Mat3x4> {
+    let wanted: BTreeSet<usize> = frames.iter().copied().collect();
+    let joint_count = character.joint_count();
+    let (mut palettes, mut first) = (Vec::new(), 0);
+    for (index, clip) in character.clips.iter().enumerate() {
+        let end = first + clip.frame_count as usize;
+        if wanted.range(first..end).next().is_some() {
+            let all = character.palettes(index);
+            for frame in wanted.range(first..end) {
+                palettes.extend_from_slice(&all[(frame - first) * joint_count..][..joint_count]);
+            }
+        }
+        first = end;
+    }
+    palettes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seam_that_opens_shows_as_open_edges() {
+        // Two triangles share the edge 1-2; vertex 3 is a wedge of position 1, vertex 4 of position 2.
+        let closed = [0, 1, 2, 1, 2, 3];
+        assert_eq!(open_edges(&[[0, 1, 2], [4, 3, 5]], &closed), 4);
+        let torn = [0, 1, 2, 9, 2, 3];
+        assert_eq!(open_edges(&[[0, 1, 2], [4, 3, 5]], &torn), 6);
+    }
+}
