@@ -136,7 +136,8 @@ pub struct Args {
     #[arg(long, value_name = "JSON", value_hint = ValueHint::FilePath, help_heading = "Output")]
     pub report: Option<PathBuf>,
 
-    /// Samples a pixel (without a GPU: supersampling, four times the work) [default: 4]
+    /// Samples a pixel (--backend cpu: supersampling, four times the work) [default: 4; 1 in a window on a software
+    /// adapter]
     #[arg(long, value_name = "1|4", value_parser = samples, help_heading = "Machine")]
     pub msaa: Option<u32>,
 

@@ -23,7 +23,8 @@ pub fn render(
     let viewer = Viewer::open(&plan.camera, crowd)?;
     let gpu = backend::find_gpu(&plan.machine, talk)?;
     let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref()));
-    let mut backend = Backend::new(gpu, crowd, plan.size, plan.machine.samples, budget)?;
+    let samples = plan.machine.samples.unwrap_or(4);
+    let mut backend = Backend::new(gpu, crowd, plan.size, samples, budget)?;
     let mut frames = Vec::new();
     let mut pictures = Vec::new();
     let mut warnings = Vec::new();
@@ -53,6 +54,7 @@ pub fn render(
     }
     say_what_came_out(headless, crowd, &frames, &pictures, budget, talk);
     let mut report = report(plan, &plan.detail, crowd, budget, backend.word(), backend.describe());
+    report.samples = samples;
     report.dt_s = headless.dt_s;
     report.gpu_bytes = backend.gpu_bytes();
     report.timings = Timings::of(&frames);
@@ -88,7 +90,7 @@ fn say_what_came_out(
     }
 }
 
-/// A report without frames.
+/// A report without frames, for one sample a pixel.
 pub fn report(
     plan: &Plan,
     detail: &DetailPlan,
@@ -104,7 +106,7 @@ pub fn report(
         backend,
         adapter,
         size: plan.size,
-        samples: plan.machine.samples,
+        samples: 1,
         technique: match detail.technique {
             Technique::Reform => "reform",
             Technique::PseudoInstancing => "pseudo-instancing",

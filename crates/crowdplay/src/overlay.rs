@@ -83,9 +83,14 @@ pub fn show(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &Camer
     if !knobs.visible {
         return;
     }
-    egui::Window::new("crowdplay").default_pos([12.0, 12.0]).default_width(290.0).resizable(false).show(
-        ui.ctx(),
-        |ui| {
+    egui::Window::new("crowdplay")
+        .default_pos([8.0, 8.0])
+        .default_width(280.0)
+        .default_height(660.0)
+        .resizable(false)
+        .vscroll(true)
+        .show(ui.ctx(), |ui| {
+            compact(ui);
             numbers(ui, knobs, readings);
             graph(ui, &readings.frame_ms);
             for line in stats::overflow_messages(&readings.totals, knobs.budget) {
@@ -100,20 +105,34 @@ pub fn show(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &Camer
             if let Some(message) = &readings.message {
                 ui.label(RichText::new(message).color(Color32::from_rgb(150, 220, 150)));
             }
-        },
-    );
+        });
+}
+
+/// Small, so that it fits a low window and leaves the crowd in sight.
+fn compact(ui: &mut Ui) {
+    let style = ui.style_mut();
+    for (text_style, size) in
+        [(egui::TextStyle::Body, 11.5), (egui::TextStyle::Button, 11.5), (egui::TextStyle::Monospace, 11.0)]
+    {
+        if let Some(font) = style.text_styles.get_mut(&text_style) {
+            font.size = size;
+        }
+    }
+    style.spacing.item_spacing = vec2(6.0, 2.0);
+    style.spacing.button_padding = vec2(4.0, 0.0);
+    style.spacing.interact_size.y = 15.0;
 }
 
 fn numbers(ui: &mut Ui, knobs: &Knobs, readings: &Readings) {
     let totals = &readings.totals;
     let last_ms = readings.frame_ms.back().copied().unwrap_or(0.0);
-    ui.label(RichText::new(format!("{:.0} fps   {last_ms:.1} ms", readings.fps())).strong().size(18.0));
+    ui.label(RichText::new(format!("{:.0} fps   {last_ms:.1} ms", readings.fps())).strong().size(16.0));
     let row = |ui: &mut Ui, name: &str, value: String| {
         ui.label(name);
         ui.label(RichText::new(value).monospace());
         ui.end_row();
     };
-    egui::Grid::new("numbers").num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
+    egui::Grid::new("numbers").num_columns(2).spacing([8.0, 0.0]).show(ui, |ui| {
         row(ui, "Instances", grouped(u64::from(readings.instances)));
         row(ui, "Visible", grouped(u64::from(totals.visible_count)));
         let share = 100.0 * f64::from(totals.triangle_count) / readings.triangles_full.max(1) as f64;
@@ -138,7 +157,7 @@ fn numbers(ui: &mut Ui, knobs: &Knobs, readings: &Readings) {
 
 /// Bars of the last frames; lines at 60 and 30 frames a second.
 fn graph(ui: &mut Ui, frame_ms: &VecDeque<f32>) {
-    let (area, _) = ui.allocate_exact_size(vec2(ui.available_width().max(260.0), 52.0), Sense::hover());
+    let (area, _) = ui.allocate_exact_size(vec2(ui.available_width().max(260.0), 44.0), Sense::hover());
     let painter = ui.painter_at(area);
     painter.rect_filled(area, 2.0, Color32::from_black_alpha(120));
     let longest = frame_ms.iter().copied().fold(20.0, f32::max) * 1.1;
@@ -154,7 +173,8 @@ fn graph(ui: &mut Ui, frame_ms: &VecDeque<f32>) {
         painter.line_segment([pos2(x, area.bottom()), pos2(x, y_of(ms))], Stroke::new(bar.max(1.0), color));
     }
     for (ms, name) in [(1e3 / 60.0, "60"), (1e3 / 30.0, "30")] {
-        if ms < longest {
+        // Of slow frames the lines would lie on each other at the bottom.
+        if (0.25..1.0).contains(&(ms / longest)) {
             let line = Stroke::new(1.0, Color32::from_white_alpha(90));
             painter.line_segment([pos2(area.left(), y_of(ms)), pos2(area.right(), y_of(ms))], line);
             let at = pos2(area.right() - 2.0, y_of(ms));
@@ -188,7 +208,7 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs) {
 }
 
 fn stages(ui: &mut Ui, stages_ms: &[(&'static str, f32)]) {
-    egui::Grid::new("stages").num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
+    egui::Grid::new("stages").num_columns(2).spacing([8.0, 0.0]).show(ui, |ui| {
         for (stage, ms) in stages_ms {
             ui.label(stage.replace('_', " "));
             ui.label(RichText::new(format!("{ms:8.3} ms")).monospace());
@@ -213,10 +233,10 @@ fn keys(ui: &mut Ui, control: &CameraControl) {
         ("F1", "hide this".to_owned()),
         ("Esc", "leave".to_owned()),
     ];
-    egui::Grid::new("keys").num_columns(2).spacing([10.0, 1.0]).show(ui, |ui| {
+    egui::Grid::new("keys").num_columns(2).spacing([8.0, 0.0]).show(ui, |ui| {
         for (key, meaning) in rows {
-            ui.label(RichText::new(key).monospace().size(11.0));
-            ui.label(RichText::new(meaning).size(11.0));
+            ui.label(RichText::new(key).monospace().size(10.0));
+            ui.label(RichText::new(meaning).size(10.5));
             ui.end_row();
         }
     });

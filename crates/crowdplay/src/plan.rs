@@ -128,8 +128,8 @@ pub struct MachinePlan {
     pub backend: BackendWord,
     /// Part of the adapter's name.
     pub adapter: Option<String>,
-    /// Samples a pixel, 1 or 4.
-    pub samples: u32,
+    /// Samples a pixel, 1 or 4; `None`: 4, but 1 in a window that a processor draws.
+    pub samples: Option<u32>,
 }
 
 /// Window or pictures.
@@ -268,7 +268,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
             },
         },
         camera: camera(args)?,
-        machine: MachinePlan { backend: args.backend, adapter: args.adapter.clone(), samples: args.msaa.unwrap_or(4) },
+        machine: MachinePlan { backend: args.backend, adapter: args.adapter.clone(), samples: args.msaa },
         size: args.size,
         report: args.report.clone(),
         show,

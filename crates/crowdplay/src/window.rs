@@ -118,7 +118,13 @@ impl ApplicationHandler for App<'_, '_> {
             running.screen.window.request_redraw();
             return;
         }
-        let taken = running.screen.egui_state.on_window_event(&running.screen.window, &event).consumed;
+        // Keys are the camera's unless a number is being typed: Tab and Space must not wander through the sliders.
+        let is_key = matches!(event, WindowEvent::KeyboardInput { .. });
+        let taken = if is_key && !running.screen.egui.text_edit_focused() {
+            false
+        } else {
+            running.screen.egui_state.on_window_event(&running.screen.window, &event).consumed
+        };
         running.handle(&event, taken, event_loop);
     }
 }
@@ -135,6 +141,7 @@ struct Running {
     screen: Screen,
     gpu: Gpu,
     painter: Painter,
+    samples: u32,
     knobs: Knobs,
     readings: Readings,
     control: CameraControl,
@@ -178,11 +185,13 @@ impl Running {
         let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget((!on_cpu).then_some(&gpu)));
         let full = u32::try_from(crowd.summary.vertices_full).unwrap_or(u32::MAX);
         let mut largest_budget = budget.max(full.min(LARGEST_BUDGET));
+        let is_software = on_cpu || gpu.is_software();
+        let samples = plan.machine.samples.unwrap_or(if is_software { 1 } else { 4 });
         let painter = if on_cpu {
-            Painter::Cpu(Box::new(CpuBackend::new(crowd, screen.size(), 1)), None)
+            Painter::Cpu(Box::new(CpuBackend::new(crowd, screen.size(), samples)), None)
         } else {
             let format = screen.scene_format();
-            let options = renderer_options(&gpu.device, crowd, format, plan.machine.samples, largest_budget);
+            let options = renderer_options(&gpu.device, crowd, format, samples, largest_budget);
             largest_budget = largest_budget.min(options.max_vertices);
             let mut renderer = CrowdRenderer::new(&gpu.device, &gpu.queue, &crowd.data, options)?;
             renderer.set_instances(&gpu.queue, &crowd.instances)?;
@@ -210,6 +219,7 @@ impl Running {
             screen,
             gpu,
             painter,
+            samples,
             knobs,
             readings,
             control: CameraControl::new(viewer.at(0.0)),
@@ -235,7 +245,7 @@ impl Running {
                 let PhysicalKey::Code(key) = event.physical_key else { return };
                 self.keys.retain(|&held| held != key);
                 // Releases count always, so that no key stays down behind a text field.
-                if event.state == ElementState::Pressed && (!taken || key == KeyCode::Tab) {
+                if event.state == ElementState::Pressed && !taken {
                     self.keys.push(key);
                     if !event.repeat {
                         self.press(key, event_loop);
@@ -404,6 +414,7 @@ impl Running {
         };
         let mut report = report(plan, &self.detail(), crowd, self.knobs.budget, word, adapter);
         report.size = self.screen.size();
+        report.samples = self.samples;
         report.gpu_bytes = self.readings.gpu_bytes;
         report.frames = self.frames.unwrap_or_default();
         report.timings = Timings::of(&report.frames);
