@@ -3,15 +3,16 @@
 /// Upper bounds on what the reader allocates for one character.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of one file (asset, buffer or image). Bounds reading.
+    /// Bytes of the asset; of all files that it names together; of all that decoding data URIs and compressed buffers
+    /// makes. Bounds reading.
     pub file_bytes: u64,
-    /// Vertices of a character before welding. Keeps 32-bit offsets safe in the pack.
+    /// Vertices of a character before equal ones are merged. Keeps 32-bit offsets safe in the pack.
     pub vertices: u64,
     /// Triangles of a character.
     pub triangles: u64,
     /// Nodes of the file.
     pub nodes: u64,
-    /// Joints over all skins. Vertices address them with 16 bits.
+    /// Joints of a skin, and matrices that the vertices of a character follow. Vertices address them with 16 bits.
     pub joints: u64,
     /// Key frames over all tracks.
     pub keys: u64,

@@ -1,5 +1,7 @@
 //! The file being read, its limits, and the words for refusing it.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::path::Path;
 
 use crate::{Error, Limits, Warning};
@@ -49,7 +51,11 @@ impl Asset<'_> {
 
 /// Collects warnings in the order in which they come up; one entry per code and place.
 #[derive(Default)]
-pub(crate) struct Warnings(Vec<Warning>);
+pub(crate) struct Warnings {
+    list: Vec<Warning>,
+    /// Where each code and place stands in the list.
+    known: BTreeMap<(&'static str, String), usize>,
+}
 
 impl Warnings {
     /// Adds `count` to the warning with this code and place; the first message stays.
@@ -57,14 +63,16 @@ impl Warnings {
         if count == 0 {
             return;
         }
-        if let Some(known) = self.0.iter_mut().find(|w| w.code == code && w.place == place) {
-            known.count += count;
-            return;
+        match self.known.entry((code, place.to_owned())) {
+            Entry::Occupied(known) => self.list[*known.get()].count += count,
+            Entry::Vacant(fresh) => {
+                fresh.insert(self.list.len());
+                self.list.push(Warning { code, place: place.to_owned(), count, message: message.into() });
+            }
         }
-        self.0.push(Warning { code, place: place.to_owned(), count, message: message.into() });
     }
 
     pub(crate) fn into_list(self) -> Vec<Warning> {
-        self.0
+        self.list
     }
 }

@@ -15,6 +15,7 @@ const SUPPORTED: &[&str] = &[
     "KHR_meshopt_compression",
     "EXT_texture_webp",
     "KHR_materials_unlit",
+    "KHR_materials_pbrSpecularGlossiness",
 ];
 
 /// Extensions that only refine a surface beyond its base colour, or add things that are no part of a character: a file
@@ -38,14 +39,14 @@ const HARMLESS: &[&str] = &[
 const LEFT_OUT: &[(&str, &str)] = &[
     ("EXT_mesh_gpu_instancing", "each instanced mesh appears once; turn instances into nodes before export"),
     ("KHR_animation_pointer", "only translation, rotation and scale of nodes are animated"),
-    (
-        "KHR_materials_pbrSpecularGlossiness",
-        "the metallic-roughness part is used; convert with `gltf-transform metalrough`",
-    ),
     ("KHR_materials_variants", "the default variant is used"),
     ("KHR_node_visibility", "hidden nodes are read like any other; remove them before export"),
     ("MSFT_lod", "the full level is used"),
 ];
+
+/// What to do about Draco.
+pub(super) const DRACO_REMEDY: &str =
+    "decompress the file first, for instance with `gltf-pipeline -i in.glb -o out.glb`, or use EXT_meshopt_compression";
 
 /// Reads the JSON chunk and refuses what we cannot honour.
 pub(super) fn parse_document(asset: Asset<'_>, json: &[u8], warnings: &mut Warnings) -> Result<Root> {
@@ -59,7 +60,11 @@ pub(super) fn parse_document(asset: Asset<'_>, json: &[u8], warnings: &mut Warni
     check_required_extensions(asset, fields)?;
     warn_about_used_extensions(fields, warnings);
     complete_omissions(fields);
-    serde_json::from_value(value).map_err(|e| asset.format("JSON", format!("not a glTF 2.0 document: {e}")))
+    serde_json::from_value(value).map_err(|e| {
+        // The text itself, asked again, also knows line and column.
+        let located = serde_json::from_slice::<Root>(json).err().unwrap_or(e);
+        asset.format("JSON", format!("not a glTF 2.0 document: {located}"))
+    })
 }
 
 fn check_version(asset: Asset<'_>, fields: &Map<String, Value>) -> Result<()> {
@@ -96,9 +101,7 @@ fn check_required_extensions(asset: Asset<'_>, fields: &Map<String, Value>) -> R
             continue;
         }
         let remedy = match name {
-            "KHR_draco_mesh_compression" => {
-                "decompress the file first, for instance with `gltf-transform copy` or `gltf-pipeline`, or compress with EXT_meshopt_compression"
-            }
+            "KHR_draco_mesh_compression" => DRACO_REMEDY,
             "KHR_texture_basisu" => "convert the KTX2 textures to PNG, JPEG or WebP",
             _ => "export the file without it",
         };

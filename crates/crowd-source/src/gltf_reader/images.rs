@@ -44,6 +44,9 @@ impl<'a, 'b> ImageTable<'a, 'b> {
             (None, Some(view)) => (self.buffers.view(&here, view.value())?.bytes.to_vec(), None),
             (None, None) => return Err(self.asset.format(here, "neither `uri` nor `bufferView`")),
         };
+        // Several images may point at the same bytes; what they come to is bounded too.
+        let sum = self.images.iter().map(|i| i.bytes.len() as u64).sum::<u64>() + bytes.len() as u64;
+        self.asset.check_limit(&here, "bytes of images", sum, self.asset.limits.file_bytes)?;
         let name = image.name.clone().filter(|n| !n.is_empty()).or(file_name);
         let name = name.unwrap_or_else(|| format!("image {source}"));
         let index = self.images.len() as u32;

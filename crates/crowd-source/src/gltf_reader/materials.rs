@@ -42,7 +42,20 @@ impl TextureUse {
 
 /// How each material of the document uses its base colour texture.
 pub(super) fn texture_uses(root: &Root) -> Vec<TextureUse> {
-    root.materials.iter().map(|m| texture_use(m.pbr_metallic_roughness.base_color_texture.as_ref())).collect()
+    root.materials.iter().map(|m| texture_use(base_color(m).1.as_ref())).collect()
+}
+
+/// Base colour factor and texture. Of the archived KHR_materials_pbrSpecularGlossiness, the diffuse colour is the base
+/// colour; older exports have nothing else.
+fn base_color(material: &Material) -> ([f32; 4], Option<texture::Info>) {
+    let pbr = &material.pbr_metallic_roughness;
+    let old = material.extensions.as_ref().and_then(|e| e.others.get("KHR_materials_pbrSpecularGlossiness"));
+    let Some(old) = old.filter(|_| pbr.base_color_texture.is_none()) else {
+        return (pbr.base_color_factor.0, pbr.base_color_texture.clone());
+    };
+    let factor = old.get("diffuseFactor").and_then(|f| serde_json::from_value(f.clone()).ok());
+    let info = old.get("diffuseTexture").and_then(|t| serde_json::from_value(t.clone()).ok());
+    (factor.unwrap_or(pbr.base_color_factor.0), info)
 }
 
 fn texture_use(info: Option<&texture::Info>) -> TextureUse {
@@ -96,8 +109,7 @@ impl<'a, 'b> MaterialTable<'a, 'b> {
 
     fn read_material(&mut self, index: usize, material: &Material, warnings: &mut Warnings) -> Result<RawMaterial> {
         let place = describe("material", index, material.name.as_ref());
-        let pbr = &material.pbr_metallic_roughness;
-        let base_color = pbr.base_color_factor.0;
+        let (base_color, texture) = base_color(material);
         if base_color.iter().any(|c| !c.is_finite()) {
             return Err(self.asset.format(place, format!("baseColorFactor is not finite: {base_color:?}")));
         }
@@ -113,7 +125,7 @@ impl<'a, 'b> MaterialTable<'a, 'b> {
                 return Err(self.asset.format(place, "`alphaMode` is none of OPAQUE, MASK, BLEND"));
             }
         };
-        let texture = match &pbr.base_color_texture {
+        let texture = match texture {
             None => None,
             Some(info) => Some(self.read_texture(&place, info.index.value(), warnings)?),
         };

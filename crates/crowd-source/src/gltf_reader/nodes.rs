@@ -125,16 +125,19 @@ fn keep_tree(
         let (translation, rotation, scale) = read_transform(asset, &place, node, warnings)?;
         let parent =
             parents[member].map(|p| tree.node_remap[p].expect("walk_depth_first lists parents before children"));
-        let local = DMat4::from_scale_rotation_translation(scale, rotation, translation);
+        // What others will see of the transform is its f32 form; the world transforms are made from that.
+        let (translation, rotation, scale) = (translation.as_vec3(), rotation.as_quat(), scale.as_vec3());
+        let local =
+            DMat4::from_scale_rotation_translation(scale.as_dvec3(), rotation.as_dquat(), translation.as_dvec3());
         let world = parent.map_or(local, |p| tree.world_rest[p as usize] * local);
         tree.node_remap[member] = Some(tree.nodes.len() as u32);
         tree.world_rest.push(world);
         tree.nodes.push(RawNode {
             name: node.name.clone().filter(|n| !n.is_empty()).unwrap_or_else(|| format!("node {member}")),
             parent,
-            translation: translation.as_vec3().to_array(),
-            rotation: rotation.as_quat().to_array(),
-            scale: scale.as_vec3().to_array(),
+            translation: translation.to_array(),
+            rotation: rotation.to_array(),
+            scale: scale.to_array(),
         });
         if shown {
             tree.shown.push(member);

@@ -1,6 +1,7 @@
 //! Meshes of the scene into one mesh in one bind space, and the palette of matrices that its vertices follow.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use glam::{DMat3, DMat4, DVec3};
 use gltf::json::Root;
@@ -9,7 +10,7 @@ use super::buffers::Buffers;
 use super::materials::{MaterialTable, texture_uses};
 use super::nodes::{NodeTree, node_place};
 use super::primitives::{Geometry, Shape};
-use super::skins::{Palette, Skin, common_from_skin, is_invertible, read_skin};
+use super::skins::{Palette, Skin, common_from_group, group_bind_spaces, is_invertible, read_skin};
 use crate::part::{PartMesh, append_part, complete_normals, weld_vertices};
 use crate::refusal::{Asset, Warnings};
 use crate::{RawMesh, Result};
@@ -34,32 +35,33 @@ pub(super) fn place_meshes(
     warnings: &mut Warnings,
 ) -> Result<(RawMesh, Palette)> {
     let instances = list_instances(root, tree);
-    let shapes = read_shapes(asset, root, buffers, &instances, warnings)?;
+    let (shapes, skipped) = read_shapes(asset, root, buffers, &instances, warnings)?;
     let skins = read_skins(asset, root, buffers, tree, &instances)?;
     check_repeated_counts(asset, &instances, &shapes)?;
     let weight_sums = sum_weights(asset, &instances, &shapes, &skins)?;
-    let mut common_from = BTreeMap::new();
-    for (index, skin) in &skins {
-        common_from.insert(*index, common_from_skin(skin, &tree.world_rest, &weight_sums[index], warnings));
-    }
+    let common_from = choose_common_spaces(tree, &skins, &weight_sums, warnings);
 
     let mut mesh = RawMesh::default();
     let mut palette = Palette::default();
+    let mut joint_remaps: BTreeMap<usize, Vec<Option<u16>>> = BTreeMap::new();
     let mut morph_targets = BTreeMap::new();
     for instance in &instances {
+        let mut bound = None;
         for shape in &shapes[&instance.mesh] {
             let skin = instance.skin.filter(|_| !shape.influences.is_empty());
             let mut part = match skin {
-                Some(skin) => follow_skin(shape, &skins[&skin], common_from[&skin], &mut palette),
-                None => follow_node(shape, instance.node, tree, &mut palette),
+                Some(index) => {
+                    let remap = joint_remaps.entry(index).or_insert_with(|| vec![None; skins[&index].joints.len()]);
+                    follow_skin(shape, &skins[&index], common_from[&index], remap, &mut palette)
+                }
+                None => {
+                    let bound = bound.get_or_insert_with(|| bind_to_node(instance.node, tree, &mut palette));
+                    follow_node(shape, bound)
+                }
             };
             let joint_count = palette.len() as u64;
-            asset.check_limit(
-                node_place(root, instance.source),
-                "joints",
-                joint_count,
-                asset.limits.joints.min(65_536),
-            )?;
+            let here = node_place(root, instance.source);
+            asset.check_limit(here, "joints", joint_count, asset.limits.joints.min(65_536))?;
             if let Some(v) = part.positions.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
                 let problem = format!("vertex {v} leaves the numbers' range at rest: {:?}", shape.positions[v]);
                 return Err(asset.format(&shape.place, problem));
@@ -83,8 +85,11 @@ pub(super) fn place_meshes(
         warnings.add("morph-targets-ignored", place, *count, message);
     }
     if mesh.triangles.is_empty() {
-        let found =
-            format!("{} mesh nodes in the scene, none with triangles; a character needs at least one", instances.len());
+        let found = format!(
+            "no triangles: {} of the file's nodes show a mesh of its {}, {skipped} primitives are points or lines; a character needs at least one triangle",
+            instances.len(),
+            root.meshes.len()
+        );
         return Err(asset.format("scene", found));
     }
     Ok((mesh, palette))
@@ -109,16 +114,16 @@ fn read_shapes(
     buffers: &Buffers<'_>,
     instances: &[Instance],
     warnings: &mut Warnings,
-) -> Result<BTreeMap<usize, Vec<Shape>>> {
-    let mut geometry = Geometry { asset, root, buffers, vertices_read: 0, triangles_read: 0 };
+) -> Result<(BTreeMap<usize, Vec<Shape>>, u64)> {
+    let mut geometry = Geometry { asset, root, buffers, vertices_read: 0, triangles_read: 0, skipped: 0 };
     let textures = texture_uses(root);
     let mut shapes = BTreeMap::new();
     for instance in instances {
-        if !shapes.contains_key(&instance.mesh) {
-            shapes.insert(instance.mesh, geometry.read_mesh(instance.mesh, &textures, warnings)?);
+        if let Entry::Vacant(fresh) = shapes.entry(instance.mesh) {
+            fresh.insert(geometry.read_mesh(instance.mesh, &textures, warnings)?);
         }
     }
-    Ok(shapes)
+    Ok((shapes, geometry.skipped))
 }
 
 fn read_skins(
@@ -131,15 +136,13 @@ fn read_skins(
     let mut skins = BTreeMap::new();
     let mut joints_read = 0u64;
     for index in instances.iter().filter_map(|i| i.skin) {
-        if skins.contains_key(&index) {
-            continue;
-        }
+        let Entry::Vacant(fresh) = skins.entry(index) else { continue };
         let skin = read_skin(asset, root, buffers, tree, index)?;
         // Skins over one skeleton fall together later; sixteen times the joints leaves room for that.
         joints_read += skin.joints.len() as u64;
         let allowed = asset.limits.joints.saturating_mul(16);
         asset.check_limit(&skin.place, "joints in all skins together", joints_read, allowed)?;
-        skins.insert(index, skin);
+        fresh.insert(skin);
     }
     Ok(skins)
 }
@@ -171,7 +174,11 @@ fn sum_weights(
                     let Some(sum) = sums.get_mut(*joint as usize) else {
                         let problem =
                             format!("vertex {vertex}: joint index {joint}, skeleton has {joint_count} joints");
-                        return Err(asset.format(format!("{}: JOINTS", shape.place), problem));
+                        let sets = match shape.joint_sets {
+                            1 => "JOINTS_0".to_owned(),
+                            sets => format!("JOINTS_0 to JOINTS_{}", sets - 1),
+                        };
+                        return Err(asset.format(format!("{}: {sets}", shape.place), problem));
                     };
                     *sum += f64::from(weight);
                 }
@@ -181,11 +188,36 @@ fn sum_weights(
     Ok(sums)
 }
 
-/// A skinned part: `S` moves its vertices, `S^-1` its inverse bind matrices.
-fn follow_skin(shape: &Shape, skin: &Skin, common_from_skin: DMat4, palette: &mut Palette) -> PartMesh {
+/// For each skin, the map from its own bind space into the common one.
+fn choose_common_spaces(
+    tree: &NodeTree,
+    skins: &BTreeMap<usize, Skin>,
+    weight_sums: &BTreeMap<usize, Vec<f64>>,
+    warnings: &mut Warnings,
+) -> BTreeMap<usize, DMat4> {
+    let group_of = group_bind_spaces(skins);
+    let mut members: BTreeMap<usize, Vec<(&Skin, &[f64])>> = BTreeMap::new();
+    for (index, group) in &group_of {
+        members.entry(*group).or_default().push((&skins[index], &weight_sums[index][..]));
+    }
+    let maps: BTreeMap<usize, DMat4> = members
+        .iter()
+        .map(|(group, members)| (*group, common_from_group(members, &tree.world_rest, warnings)))
+        .collect();
+    group_of.iter().map(|(index, group)| (*index, maps[group])).collect()
+}
+
+/// A skinned part: `S` moves its vertices, `S^-1` its inverse bind matrices. `joint_remap`: the palette index of each of the
+/// skin's joints that a vertex has used so far.
+fn follow_skin(
+    shape: &Shape,
+    skin: &Skin,
+    common_from_skin: DMat4,
+    joint_remap: &mut [Option<u16>],
+    palette: &mut Palette,
+) -> PartMesh {
     let mut part = moved_part(shape, &common_from_skin);
     let skin_from_common = common_from_skin.inverse();
-    let mut joint_remap: Vec<Option<u16>> = vec![None; skin.joints.len()];
     for influence in &shape.influences {
         let mut joints = [0; 4];
         for slot in (0..4).filter(|s| influence.weights[*s] > 0.0) {
@@ -201,15 +233,19 @@ fn follow_skin(shape: &Shape, skin: &Skin, common_from_skin: DMat4, palette: &mu
     part
 }
 
-/// An unskinned part: every vertex follows the node as if it were a joint, bound where it is at rest.
-fn follow_node(shape: &Shape, node: u32, tree: &NodeTree, palette: &mut Palette) -> PartMesh {
+/// How an unskinned mesh follows its node: the map into the common space, and the palette's joint.
+fn bind_to_node(node: u32, tree: &NodeTree, palette: &mut Palette) -> (DMat4, u16) {
     let world = tree.world_rest[node as usize];
     // A node with no size at rest (it grows in a clip) cannot be undone: its own space is the bind space then.
     let (common_from_mesh, inverse_bind) =
         if is_invertible(&world) { (world, world.inverse()) } else { (DMat4::IDENTITY, DMat4::IDENTITY) };
-    let mut part = moved_part(shape, &common_from_mesh);
-    let joint = palette.index(node, inverse_bind) as u16;
-    part.joints = vec![[joint, 0, 0, 0]; shape.positions.len()];
+    (common_from_mesh, palette.index(node, inverse_bind) as u16)
+}
+
+/// An unskinned part: every vertex follows the node as if it were a joint, bound where it is at rest.
+fn follow_node(shape: &Shape, (common_from_mesh, joint): &(DMat4, u16)) -> PartMesh {
+    let mut part = moved_part(shape, common_from_mesh);
+    part.joints = vec![[*joint, 0, 0, 0]; shape.positions.len()];
     part.weights = vec![[1.0, 0.0, 0.0, 0.0]; shape.positions.len()];
     part
 }

@@ -7,11 +7,14 @@ use gltf::json::validation::Checked;
 
 use super::accessors::{Elements, open_accessor};
 use super::buffers::Buffers;
-use super::document::describe;
+use super::document::{DRACO_REMEDY, describe};
 use super::influences::{Influence, keep_four_strongest};
 use super::materials::TextureUse;
 use crate::Result;
 use crate::refusal::{Asset, Warnings};
+
+/// JOINTS_n and WEIGHTS_n that are looked at: 32 influences a vertex, of which four stay. Bounds memory.
+const INFLUENCE_SETS: u32 = 8;
 
 /// A primitive as read: per-vertex arrays of equal length, triangles within them.
 pub(super) struct Shape {
@@ -25,6 +28,8 @@ pub(super) struct Shape {
     pub(super) colors: Vec<[u8; 4]>,
     /// Empty where the primitive has no joints.
     pub(super) influences: Vec<Influence>,
+    /// How many JOINTS_n there are.
+    pub(super) joint_sets: u32,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) morph_targets: u64,
 }
@@ -37,6 +42,8 @@ pub(super) struct Geometry<'a, 'b> {
     /// Vertices and triangles read so far, over all primitives.
     pub(super) vertices_read: u64,
     pub(super) triangles_read: u64,
+    /// Primitives of points and lines, left out.
+    pub(super) skipped: u64,
 }
 
 impl<'a> Geometry<'a, '_> {
@@ -75,6 +82,7 @@ impl<'a> Geometry<'a, '_> {
         if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
             let message = format!("{mode:?} are no surface and were left out; convert them to triangles to keep them");
             warnings.add("points-and-lines-skipped", &place, 1, message);
+            self.skipped += 1;
             return Ok(None);
         }
         let material = primitive.material.map(|m| m.value());
@@ -84,6 +92,7 @@ impl<'a> Geometry<'a, '_> {
                 .get(m)
                 .ok_or_else(|| self.asset.format(&place, format!("material {m}, the file has {}", textures.len())))?,
         };
+        self.refuse_draco(&place, primitive)?;
         let Some(elements) = self.open(&place, primitive, Semantic::Positions)? else {
             return Err(self.asset.format(place, "no POSITION"));
         };
@@ -98,7 +107,7 @@ impl<'a> Geometry<'a, '_> {
         }
         let indices = self.read_indices(&place, primitive, count)?;
         let (triangles, degenerate) = unroll_triangles(mode, &indices);
-        self.triangles_read += triangles.len() as u64;
+        self.triangles_read += triangles.len() as u64 + degenerate;
         self.asset.check_limit(&place, "triangles", self.triangles_read, self.asset.limits.triangles)?;
         if mode == Mode::Triangles {
             let message = "triangles that use one vertex twice were left out";
@@ -118,9 +127,35 @@ impl<'a> Geometry<'a, '_> {
         };
         let uvs = self.read_uvs(&place, primitive, count, texture, warnings)?;
         let colors = self.read_colors(&place, primitive, count)?;
-        let influences = self.read_influences(&place, primitive, count, warnings)?;
+        let (influences, joint_sets) = self.read_influences(&place, primitive, count, warnings)?;
         let morph_targets = primitive.targets.as_ref().map_or(0, |t| t.len() as u64);
-        Ok(Some(Shape { place, name, material, positions, normals, uvs, colors, influences, triangles, morph_targets }))
+        Ok(Some(Shape {
+            place,
+            name,
+            material,
+            positions,
+            normals,
+            uvs,
+            colors,
+            influences,
+            joint_sets,
+            triangles,
+            morph_targets,
+        }))
+    }
+
+    /// Some files use Draco without requiring it, and without the plain data that would make it optional.
+    fn refuse_draco(&self, place: &str, primitive: &Primitive) -> Result<()> {
+        let compressed =
+            primitive.extensions.as_ref().is_some_and(|e| e.others.contains_key("KHR_draco_mesh_compression"));
+        let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
+        let plain = positions
+            .and_then(|p| self.root.accessors.get(p.value()))
+            .is_some_and(|accessor| accessor.buffer_view.is_some());
+        if !compressed || plain {
+            return Ok(());
+        }
+        Err(self.asset.unsupported(place, "the extension KHR_draco_mesh_compression", DRACO_REMEDY))
     }
 
     fn open(&self, place: &str, primitive: &Primitive, semantic: Semantic) -> Result<Option<Elements<'a>>> {
@@ -206,9 +241,9 @@ impl<'a> Geometry<'a, '_> {
         primitive: &Primitive,
         vertices: usize,
         warnings: &mut Warnings,
-    ) -> Result<Vec<Influence>> {
+    ) -> Result<(Vec<Influence>, u32)> {
         let mut sets = Vec::new();
-        for set in 0u32.. {
+        for set in 0..INFLUENCE_SETS {
             let Some(joints) = self.open(place, primitive, Semantic::Joints(set))? else { break };
             joints.expect(&[4], &[U8, U16])?;
             self.check_count(place, &format!("JOINTS_{set}"), joints.count, vertices)?;
@@ -225,9 +260,9 @@ impl<'a> Geometry<'a, '_> {
             sets.push((joints.read_integers()?, weights));
         }
         if sets.is_empty() {
-            return Ok(Vec::new());
+            return Ok((Vec::new(), 0));
         }
-        Ok(keep_four_strongest(place, vertices, &sets, warnings))
+        Ok((keep_four_strongest(place, vertices, &sets, warnings), sets.len() as u32))
     }
 }
 

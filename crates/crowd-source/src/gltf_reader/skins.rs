@@ -5,6 +5,8 @@
 //! changes no pose. We choose S so that the skin stands where it stands at rest.
 
 use glam::{DMat3, DMat4};
+use std::collections::BTreeMap;
+
 use gltf::json::Root;
 use gltf::json::accessor::ComponentType::{F32, I8, I16, U8, U16};
 
@@ -37,6 +39,7 @@ pub(super) fn read_skin(
     if count == 0 {
         return Err(asset.format(place, "no joints"));
     }
+    asset.check_limit(&place, "joints", count as u64, asset.limits.joints)?;
     let mut matrices = vec![DMat4::IDENTITY; count];
     if let Some(accessor) = skin.inverse_bind_matrices {
         let here = format!("{place}: inverseBindMatrices");
@@ -64,24 +67,49 @@ pub(super) fn read_skin(
     Ok(Skin { place, joints: joints.collect() })
 }
 
-/// The affine map that takes a skin's own bind space to where the skin stands at rest.
+/// Groups skins that share a bind space, as far as one can tell: skins that bind one node by one matrix do.
 ///
-/// `weight_sums[j]`: total weight of joint j over all vertices of the skin. The heaviest joint decides (the lower index in a
-/// tie): `world_rest(j) * inverse_bind(j)`.
-pub(super) fn common_from_skin(
-    skin: &Skin,
-    world_rest: &[DMat4],
-    weight_sums: &[f64],
-    warnings: &mut Warnings,
-) -> DMat4 {
-    let heaviest = (0..skin.joints.len()).fold(0, |best, j| if weight_sums[j] > weight_sums[best] { j } else { best });
-    let (node, inverse_bind) = skin.joints[heaviest];
+/// Returns for each skin the lowest index of its group.
+pub(super) fn group_bind_spaces(skins: &BTreeMap<usize, Skin>) -> BTreeMap<usize, usize> {
+    let mut group_of: BTreeMap<usize, usize> = skins.keys().map(|index| (*index, *index)).collect();
+    let mut palette = Palette::default();
+    let mut first_user: Vec<usize> = Vec::new();
+    for (index, skin) in skins {
+        for (node, inverse_bind) in &skin.joints {
+            let joint = palette.index(*node, *inverse_bind) as usize;
+            if joint == first_user.len() {
+                first_user.push(*index);
+            }
+            let (one, other) = (group_of[&first_user[joint]], group_of[index]);
+            if one != other {
+                let (low, high) = (one.min(other), one.max(other));
+                group_of.values_mut().filter(|g| **g == high).for_each(|g| *g = low);
+            }
+        }
+    }
+    group_of
+}
+
+/// The affine map that takes a group's bind space to where its skins stand at rest.
+///
+/// `weight_sums[skin][j]`: total weight of the skin's joint j over all vertices. The heaviest joint decides (the first one
+/// in a tie): `world_rest(j) * inverse_bind(j)`.
+pub(super) fn common_from_group(members: &[(&Skin, &[f64])], world_rest: &[DMat4], warnings: &mut Warnings) -> DMat4 {
+    let mut heaviest = (members[0].0.joints[0], f64::NEG_INFINITY);
+    for (skin, weight_sums) in members {
+        for (joint, sum) in skin.joints.iter().zip(*weight_sums) {
+            if *sum > heaviest.1 {
+                heaviest = (*joint, *sum);
+            }
+        }
+    }
+    let (node, inverse_bind) = heaviest.0;
     let map = world_rest[node as usize] * inverse_bind;
     if is_invertible(&map) {
         return map;
     }
     let message = "the heaviest joint has no size at rest, so the skin's own bind space is kept; the skin may lie elsewhere than the others in bind pose. Give the joint a scale at rest";
-    warnings.add("bind-space-kept", &skin.place, 1, message);
+    warnings.add("bind-space-kept", &members[0].0.place, 1, message);
     DMat4::IDENTITY
 }
 
@@ -97,7 +125,7 @@ pub(super) fn is_invertible(map: &DMat4) -> bool {
 pub(super) struct Palette {
     joints: Vec<(u32, DMat4)>,
     /// By node, the joints on it.
-    on_node: std::collections::BTreeMap<u32, Vec<u32>>,
+    on_node: BTreeMap<u32, Vec<u32>>,
 }
 
 impl Palette {
