@@ -161,3 +161,94 @@ fn root(parents: &mut [u32], mut at: u32) -> u32 {
     }
     at
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::split_seams::split_seams;
+    use crate::test_meshes::{TestMesh, cube, grid, uv_sphere};
+
+    fn classify(mesh: &TestMesh) -> (SplitMesh, Classes) {
+        let split = split_seams(&mesh.mesh());
+        let classes = classify_wedges(&split);
+        (split, classes)
+    }
+
+    /// ```text
+    ///  o---o---o---o---o     A grid with a slit (=) from the upper border down to the middle.
+    ///  |   |   #   |   |     Its vertices: the one on the border is fixed (border), the next is a
+    ///  o---o---s---o---o     companion (s), and the end (e) has one wedge: regular.
+    ///  |   |   #   |   |
+    ///  o---o---e---o---o
+    ///  |   |   |   |   |
+    ///  o---o---o---o---o
+    /// ```
+    #[test]
+    fn slit_from_a_border() {
+        let mesh = grid(4, 3, |_, _| 0.0, |column, row| column == 2 && row >= 1);
+        let (split, classes) = classify(&mesh);
+        let class_at = |x: f32, y: f32| {
+            let on = |&w: &usize| mesh.positions[split.wedge_source[w] as usize] == [x, y, 0.0];
+            (0..split.wedge_position.len()).filter(on).map(|w| classes.wedge_class[w]).collect::<Vec<_>>()
+        };
+        assert_eq!(class_at(2.0, 1.0), [VertexClass::Regular]);
+        assert_eq!(class_at(2.0, 2.0), [VertexClass::Companion; 2]);
+        assert_eq!(class_at(2.0, 3.0), [VertexClass::Fixed; 2]);
+        let report = classes.report;
+        assert_eq!((report.position_count, report.wedge_count), (20, 22));
+        assert_eq!((report.fixed_count, report.border_count), (15, 15));
+        assert_eq!((report.companion_count, report.regular_count, report.seam_position_count), (2, 5, 2));
+    }
+
+    #[test]
+    fn corner_of_three_charts_is_fixed_and_edges_are_companions() {
+        let (_, classes) = classify(&cube(2));
+        let report = classes.report;
+        assert_eq!((report.position_count, report.wedge_count), (26, 54));
+        assert_eq!(report.fixed_count, 8 * 3, "corners of the cube");
+        assert_eq!(report.companion_count, 12 * 2, "middles of its edges");
+        assert_eq!(report.regular_count, 6, "middles of its sides");
+        assert_eq!(report.border_count, 0);
+    }
+
+    #[test]
+    fn sphere_poles_are_fixed() {
+        let (_, classes) = classify(&uv_sphere(8, 6));
+        assert_eq!(classes.report.fixed_count, 2 * 8);
+        assert_eq!(classes.report.companion_count, 2 * 5);
+    }
+
+    /// ```text
+    ///  o       o
+    ///  | \   / |
+    ///  |   x   |     Two triangles that meet in a point: x is no place to move.
+    ///  | /   \ |
+    ///  o       o
+    /// ```
+    #[test]
+    fn bow_tie_is_non_manifold() {
+        let mut mesh = TestMesh::default();
+        for (x, y) in [(0.0, 0.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0)] {
+            mesh.vertex([x, y, 0.0], [x, y]);
+        }
+        mesh.triangle([0, 1, 2]);
+        mesh.triangle([0, 3, 4]);
+        let (_, classes) = classify(&mesh);
+        assert_eq!(classes.non_manifold, [true, false, false, false, false]);
+        assert_eq!(classes.report.non_manifold_edge_count, 0);
+    }
+
+    #[test]
+    fn three_pages_on_one_spine_are_non_manifold() {
+        let mut mesh = TestMesh::default();
+        for (x, y, z) in [(0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)] {
+            mesh.vertex([x, y, z], [x, y]);
+        }
+        for page in 2..5 {
+            mesh.triangle([0, 1, page]);
+        }
+        let (_, classes) = classify(&mesh);
+        assert_eq!(classes.report.non_manifold_edge_count, 1);
+        assert_eq!(classes.non_manifold, [true, true, false, false, false]);
+    }
+}

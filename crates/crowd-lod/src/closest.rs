@@ -153,3 +153,53 @@ fn segment_distance_squared(point: [f32; 3], from: [f32; 3], to: [f32; 3]) -> f3
     let rest = [0, 1, 2].map(|i| offset[i] - share * along[i]);
     dot(rest, rest)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn place() -> impl Strategy<Value = [f32; 3]> {
+        [-4.0_f32..4.0, -4.0_f32..4.0, -4.0_f32..4.0]
+    }
+
+    proptest! {
+        #[test]
+        fn tree_finds_what_trying_all_finds(
+            built in prop::collection::vec([place(), place(), place()], 1..80),
+            moved in prop::collection::vec([place(), place(), place()], 80),
+            point in place(),
+        ) {
+            let triangles: Vec<[u32; 3]> = (0..built.len() as u32).map(|i| [i * 3, i * 3 + 1, i * 3 + 2]).collect();
+            let mut tree = ClosestTriangles::new(built.as_flattened(), &triangles);
+            for positions in [built.as_flattened(), &moved.as_flattened()[..built.len() * 3]] {
+                tree.refit(positions, &triangles);
+                let all = triangles.iter().map(|t| triangle_distance_squared(point, t.map(|v| positions[v as usize])));
+                let least = all.fold(f32::INFINITY, f32::min);
+                prop_assert_eq!(tree.distance_squared(point, positions, &triangles), Some(least));
+            }
+        }
+    }
+
+    #[test]
+    fn distance_to_a_triangle_by_hand() {
+        let triangle = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+        for (point, squared) in [
+            ([1.0, 1.0, 3.0], 9.0),
+            ([-3.0, -4.0, 0.0], 25.0),
+            ([2.0, -2.0, 0.0], 4.0),
+            ([4.0, 4.0, 0.0], 8.0),
+            ([6.0, 0.0, 1.0], 5.0),
+        ] {
+            let found = triangle_distance_squared(point, triangle);
+            assert!((found - squared).abs() < 1.0e-5, "{point:?}: {found}");
+        }
+        let thread = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+        assert_eq!(triangle_distance_squared([1.0, 2.0, 0.0], thread), 4.0);
+    }
+
+    #[test]
+    fn no_triangle_is_no_distance() {
+        assert_eq!(ClosestTriangles::new(&[], &[]).distance_squared([0.0; 3], &[], &[]), None);
+    }
+}

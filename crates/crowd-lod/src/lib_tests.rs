@@ -1,28 +1,424 @@
-//! The whole of [`crate::simplify`] on small meshes, and on any mesh.
+//! The whole of [`crate::simplify`]: on pictures, on meshes where it matters, and on any mesh.
 
 use crate::test_meshes::*;
-use crate::{Criteria, LodOptions, VertexClass, simplify};
+use crate::{CollapseOrder, Criteria, Error, LodOptions, Mat3x4, VertexClass, measure_level, reform, simplify};
+use proptest::prelude::*;
+
+fn peng() -> LodOptions {
+    LodOptions { criteria: Criteria::Peng2011, ..quick() }
+}
+
+/// Steps from fine to coarse: the places that leave, each with its wedges' count and the place it goes to.
+fn moves(mesh: &TestMesh, order: &CollapseOrder) -> Vec<([f32; 3], usize, [f32; 3])> {
+    let at = |v: u32| mesh.positions[order.vertex_source[v as usize] as usize];
+    let steps = order.levels.windows(2).rev().map(|pair| pair[0].vertex_count..pair[1].vertex_count);
+    steps
+        .map(|dropped| {
+            let mover = dropped.clone().find(|&v| at(order.collapse_map[v as usize]) != at(v)).expect("a step moves");
+            let together = dropped.filter(|&v| at(v) == at(mover)).count();
+            (at(mover), together, at(order.collapse_map[mover as usize]))
+        })
+        .collect()
+}
+
+/// ```text
+///  o---o-#-o---o     A flat strip with one seam (#) across, from border to border. Inner seam vertices
+///  |   |   |   |     leave as pairs along the seam; those on the border stay.
+///  o---o-#-o---o
+///  |   |   |   |
+///  o---o-#-o---o
+/// ```
+#[test]
+fn companions_leave_together_along_their_seam() {
+    let mesh = grid(4, 4, |_, _| 0.0, |column, _| column == 2);
+    for options in [quick(), peng()] {
+        let order = simplify_checked(&mesh, &TestPoses::rest(), &options);
+        let seam: Vec<_> = moves(&mesh, &order).into_iter().filter(|m| m.0[0] == 2.0 && m.1 == 2).collect();
+        assert_eq!(seam.len(), 3, "{:?}", options.criteria);
+        for (from, _, to) in seam {
+            assert_eq!(to[0], 2.0, "{from:?} leaves the seam to {to:?}");
+        }
+    }
+}
 
 #[test]
-fn uv_sphere_reaches_a_handful_of_triangles_and_stays_closed() {
-    let mesh = uv_sphere(24, 16);
+fn companions_lie_side_by_side_and_no_level_parts_them() {
+    let mesh = tube(12, 12, 6.0, true);
     let order = simplify_checked(&mesh, &TestPoses::rest(), &quick());
-    assert!(order.levels[0].triangle_count < 60, "{:?} {:?}", order.levels[0], order.blocked);
+    let at = |v: u32| mesh.positions[order.vertex_source[v as usize] as usize];
+    let mut pairs = 0;
+    for v in 1..order.vertex_source.len() as u32 {
+        if order.vertex_classes[v as usize] == VertexClass::Companion && at(v) == at(v - 1) {
+            pairs += 1;
+            let map = |v: u32| order.collapse_map[v as usize];
+            if map(v) != v {
+                assert_eq!(at(map(v)), at(map(v - 1)));
+                assert!(
+                    order.levels.iter().all(|level| level.vertex_count != v),
+                    "a level parts {v} from its companion"
+                );
+            }
+        }
+    }
+    assert_eq!(pairs, 13, "one a ring");
+}
+
+/// A slit that ends inside the mesh: its end has one wedge and may leave sideways, but not up its own slit, where its two
+/// sides would need two images. The next seam vertex may close the slit by moving down to the end.
+#[test]
+fn slit_end_does_not_climb_its_slit() {
+    let mesh = grid(6, 6, |x, y| ((x * 7 + y * 5) % 4) as f32 * 0.05, |column, row| column == 3 && row >= 2);
+    for options in [quick(), peng()] {
+        let order = simplify_checked(&mesh, &TestPoses::rest(), &options);
+        let first = moves(&mesh, &order).into_iter().find(|m| m.0[0] == 3.0 && m.0[1] == 2.0);
+        if let Some((_, _, to)) = first {
+            assert!(to[0] != 3.0 || to[1] < 2.0, "the end climbed to {to:?}");
+        }
+    }
 }
 
 #[test]
-fn cube_with_charts_reaches_its_twelve_triangles() {
-    let order = simplify_checked(&cube(6), &TestPoses::rest(), &quick());
-    assert_eq!(order.levels[0].triangle_count, 12, "{:?}", order.blocked);
-    assert_eq!(order.levels[0].vertex_count, 24);
-    assert_eq!(order.levels[0].error_m, 0.0);
+fn corner_of_three_charts_stays_under_both_criteria() {
+    for options in [quick(), peng()] {
+        let order = simplify_checked(&cube(6), &TestPoses::rest(), &options);
+        assert_eq!(order.levels[0].triangle_count, 12, "{:?}", order.blocked);
+        assert_eq!(order.levels[0].vertex_count, 24);
+        assert!(order.vertex_classes[..24].iter().all(|&class| class == VertexClass::Fixed));
+        assert_eq!(order.levels[0].error_m, 0.0);
+        assert_eq!(order.blocked.fixed + order.blocked.seam, 8, "{:?}", order.blocked);
+    }
 }
 
 #[test]
-fn tube_and_grid_keep_their_borders() {
-    let order = simplify_checked(&tube(16, 20, 6.0, false), &TestPoses::rest(), &quick());
-    assert!(order.levels[0].triangle_count < 40, "{:?} {:?}", order.levels[0], order.blocked);
-    let flat = grid(12, 9, |_, _| 0.0, |_, _| false);
-    let order = simplify_checked(&flat, &TestPoses::rest(), &quick());
+fn fixed_vertices_never_move_under_peng() {
+    for mesh in [uv_sphere(16, 12), tube(10, 8, 4.0, false), grid(7, 5, |x, y| (x * y) as f32 * 0.1, |_, _| false)] {
+        let order = simplify_checked(&mesh, &TestPoses::rest(), &peng());
+        // A wedge of a fixed place may lose its last triangle; the place stays.
+        let coarsest = order.levels[0].vertex_count as usize;
+        let at = |v: usize| mesh.positions[order.vertex_source[v] as usize];
+        assert!(order.levels.len() > 4);
+        for v in (0..order.vertex_source.len()).filter(|&v| order.vertex_classes[v] == VertexClass::Fixed) {
+            assert!((0..coarsest).any(|kept| at(kept) == at(v)), "fixed vertex {v} moved");
+        }
+    }
+}
+
+#[test]
+fn wedge_criteria_reach_further_than_fixed_classes() {
+    let mesh = uv_sphere(24, 16);
+    let wedge = simplify_checked(&mesh, &TestPoses::rest(), &quick());
+    let fixed = simplify_checked(&mesh, &TestPoses::rest(), &peng());
+    assert!(wedge.levels[0].triangle_count < 60, "{:?} {:?}", wedge.levels[0], wedge.blocked);
+    assert!(wedge.levels[0].triangle_count <= fixed.levels[0].triangle_count);
+    let open = tube(16, 20, 6.0, false);
+    let wedge = simplify_checked(&open, &TestPoses::rest(), &quick());
+    let fixed = simplify_checked(&open, &TestPoses::rest(), &peng());
+    assert!(wedge.levels[0].triangle_count < 24, "{:?} {:?}", wedge.levels[0], wedge.blocked);
+    assert!(fixed.levels[0].triangle_count >= 32, "the paper keeps all 32 border vertices");
+}
+
+#[test]
+fn flat_grid_becomes_two_triangles() {
+    let order = simplify_checked(&grid(12, 9, |_, _| 0.0, |_, _| false), &TestPoses::rest(), &quick());
     assert!(order.levels[0].triangle_count <= 2, "{:?} {:?}", order.levels[0], order.blocked);
+}
+
+/// Frames of a tube along z whose upper half turns about x at its middle by up to `bend_rad`.
+fn bending(middle: f32, bend_rad: f32, frames: usize) -> TestPoses {
+    let mut palettes: Vec<Mat3x4> = Vec::new();
+    for frame in 0..frames {
+        let turn = bend_rad * frame as f32 / (frames - 1) as f32;
+        let (s, c) = (libm::sinf(turn), libm::cosf(turn));
+        palettes.push(REST);
+        palettes.push([[1.0, 0.0, 0.0, 0.0], [0.0, c, -s, s * middle], [0.0, s, c, middle - c * middle]]);
+    }
+    TestPoses::even(palettes, 2)
+}
+
+fn elbow() -> TestMesh {
+    let mut mesh = tube(16, 48, 12.0, true);
+    for v in 0..mesh.positions.len() {
+        let upper = ((mesh.positions[v][2] - 5.0) / 2.0).clamp(0.0, 1.0);
+        mesh.joints[v] = [0, 1, 0, 0];
+        mesh.weights[v] = [1.0 - upper, upper, 0.0, 0.0];
+    }
+    mesh
+}
+
+/// Peng 2011, Fig. 2 (c-d): straight in bind pose, bent in its clip. Averaged over frames, the cost keeps rings where the
+/// tube bends; from the bind pose alone it cannot know.
+#[test]
+fn averaged_cost_keeps_the_elbow() {
+    let mesh = elbow();
+    let clip = bending(6.0, 1.8, 9);
+    let straight = TestPoses::even(vec![REST, REST], 2);
+    let error = |poses: &TestPoses| {
+        let order = simplify_checked(&mesh, poses, &quick());
+        let level = *order.levels.iter().rfind(|level| level.triangle_count <= 160).expect("10 % is reached");
+        let source = |v: &u32| *v as usize;
+        let positions: Vec<_> = order.vertex_source.iter().map(source).map(|v| mesh.positions[v]).collect();
+        let joints: Vec<_> = order.vertex_source.iter().map(source).map(|v| mesh.joints[v]).collect();
+        let weights: Vec<_> = order.vertex_source.iter().map(source).map(|v| mesh.weights[v]).collect();
+        let triangles = reform(&order.triangles, &order.collapse_map, level.vertex_count, level.triangle_count);
+        let kept = positions[..level.vertex_count as usize].iter().filter(|p| (4.0..=8.0).contains(&p[2])).count();
+        (measure_level(&positions, &joints, &weights, &order.triangles, &triangles, &clip.poses(), 2000), kept)
+    };
+    let (animated, kept_animated) = error(&clip);
+    let (bind, kept_bind) = error(&straight);
+    assert!(animated.max_m < 0.5 * bind.max_m, "{animated:?} {bind:?}");
+    assert!(animated.rms_m < 0.7 * bind.rms_m, "{animated:?} {bind:?}");
+    assert!(2 * kept_animated > 3 * kept_bind, "{kept_animated} {kept_bind}");
+}
+
+#[test]
+fn measured_levels_are_levels_and_grow_with_detail_lost() {
+    let mesh = uv_sphere(32, 24);
+    let options = LodOptions { measured_levels: 6, ..LodOptions::default() };
+    let order = simplify(&mesh.mesh(), &TestPoses::rest().poses(), &options, &|_| ()).expect("a valid mesh");
+    assert_eq!(order.measured.len(), 6);
+    assert_eq!(order.measured[0].triangle_count, order.levels[0].triangle_count);
+    for pair in order.measured.windows(2) {
+        assert!(pair[0].triangle_count < pair[1].triangle_count);
+        assert!(pair[0].error.rms_m > pair[1].error.rms_m, "{:?}", order.measured);
+    }
+    for measured in &order.measured {
+        let level = |l: &&crate::Level| l.vertex_count == measured.vertex_count;
+        let level = order.levels.iter().find(level).expect("a measured level is a level");
+        assert_eq!(level.triangle_count, measured.triangle_count);
+        assert!(measured.error.max_m >= measured.error.rms_m);
+    }
+}
+
+#[test]
+fn same_bytes_for_any_thread_count() {
+    let mesh = elbow();
+    let clip = bending(6.0, 1.5, 11);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| simplify(&mesh.mesh(), &clip.poses(), &LodOptions::default(), &|_| ())).expect("a valid mesh")
+    };
+    let one = run(1);
+    assert!(!one.measured.is_empty());
+    assert_eq!(run(2), one);
+    assert_eq!(run(8), one);
+}
+
+#[test]
+fn progress_rises_to_one() {
+    let seen = std::sync::Mutex::new(Vec::new());
+    let mesh = uv_sphere(40, 40);
+    simplify(&mesh.mesh(), &TestPoses::rest().poses(), &quick(), &|share| seen.lock().expect("one thread").push(share))
+        .expect("a valid mesh");
+    let seen = seen.into_inner().expect("one thread");
+    assert!(seen.windows(2).all(|w| w[0] <= w[1]) && seen.len() > 2);
+    assert_eq!(seen.last(), Some(&1.0));
+}
+
+#[test]
+fn nothing_simplifies_to_nothing() {
+    let order = simplify_checked(&TestMesh::default(), &TestPoses::rest(), &LodOptions::default());
+    assert_eq!((order.levels.len(), order.levels[0].triangle_count, order.measured.len()), (1, 0, 0));
+}
+
+#[test]
+fn single_triangle_stays() {
+    let mut mesh = TestMesh::default();
+    for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
+        mesh.vertex([x, y, 0.0], [x, y]);
+    }
+    mesh.triangle([0, 1, 2]);
+    for options in [LodOptions::default(), peng()] {
+        let order = simplify_checked(&mesh, &TestPoses::rest(), &options);
+        assert_eq!((order.levels.len(), order.levels[0].triangle_count), (1, 1));
+    }
+}
+
+#[test]
+fn bow_ties_and_spines_stay_valid() {
+    let mut mesh = grid(4, 4, |x, y| ((x + y) % 2) as f32 * 0.1, |_, _| false);
+    // A second sheet that shares one corner, and a page that stands on an inner edge.
+    let mut other = grid(4, 4, |_, _| 0.0, |_, _| false);
+    other.positions.iter_mut().for_each(|p| *p = [p[0] - 4.0, p[1] - 4.0, p[2]]);
+    mesh.append(&other);
+    let spine: Vec<u32> = [[1.0, 1.0], [1.0, 2.0]]
+        .iter()
+        .map(|at| mesh.positions.iter().position(|p| p[..2] == at[..]).expect("a grid vertex") as u32)
+        .collect();
+    let top = mesh.vertex([1.0, 1.5, 2.0], [0.3, 0.3]);
+    mesh.triangle([spine[0], spine[1], top]);
+    for options in [quick(), peng()] {
+        let order = simplify_checked(&mesh, &TestPoses::rest(), &options);
+        assert_eq!(order.seams.non_manifold_edge_count, 1);
+        assert!(order.levels.len() > 5);
+        assert!(order.blocked.fixed >= 3, "{:?}", order.blocked);
+    }
+}
+
+#[test]
+fn two_parts_both_remain() {
+    let mut mesh = uv_sphere(12, 8);
+    let mut far = uv_sphere(12, 8);
+    far.positions.iter_mut().for_each(|p| *p = [p[0] * 0.01 + 5.0, p[1] * 0.01, p[2] * 0.01]);
+    mesh.append(&far);
+    let order = simplify_checked(&mesh, &TestPoses::rest(), &quick());
+    let coarsest = order.levels[0].vertex_count as usize;
+    let far = |v: &&u32| mesh.positions[**v as usize][0] > 4.0;
+    let kept = order.vertex_source[..coarsest].iter().filter(far).count();
+    assert!(kept >= 4 && kept < coarsest);
+}
+
+/// A fan of many triangles around one hub must not cost their square.
+#[test]
+fn hub_with_many_triangles_is_quick() {
+    let mut mesh = TestMesh::default();
+    let hub = mesh.vertex([0.0, 0.0, 0.0], [0.5, 0.5]);
+    let count = 60_000;
+    for i in 0..count {
+        let turn = i as f32 / count as f32 * std::f32::consts::TAU;
+        let (x, y) = (libm::cosf(turn), libm::sinf(turn));
+        mesh.vertex([x, y, 0.1 * libm::sinf(turn * 5.0)], [0.5 + 0.5 * x, 0.5 + 0.5 * y]);
+    }
+    for i in 0..count {
+        mesh.triangle([hub, 1 + i, 1 + (i + 1) % count]);
+    }
+    let start = std::time::Instant::now();
+    let order = simplify(&mesh.mesh(), &TestPoses::rest().poses(), &quick(), &|_| ()).expect("a valid mesh");
+    assert!(order.levels[0].triangle_count < 64, "{:?} {:?}", order.levels[0], order.blocked);
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}
+
+#[test]
+fn wrong_parameters_are_refused_by_name() {
+    let good = grid(2, 2, |_, _| 0.0, |_, _| false);
+    let poses = TestPoses::rest();
+    let refused = |mesh: &TestMesh, poses: &TestPoses| {
+        let found = simplify(&mesh.mesh(), &poses.poses(), &quick(), &|_| ());
+        let Err(Error::Parameter { what, .. }) = found else { panic!("accepted: {found:?}") };
+        what
+    };
+    let with = |change: &dyn Fn(&mut TestMesh)| {
+        let mut mesh = good.clone();
+        change(&mut mesh);
+        refused(&mesh, &poses)
+    };
+    assert_eq!(with(&|m| m.positions[3][1] = f32::NAN), "positions[3]");
+    assert_eq!(with(&|m| m.positions[3][1] = 1.0e9), "positions[3]");
+    assert_eq!(with(&|m| m.normals[1][0] = f32::INFINITY), "normals[1]");
+    assert_eq!(with(&|m| m.uvs[8][1] = f32::NAN), "uvs[8]");
+    assert_eq!(with(&|m| m.weights[2] = [-0.5, 1.5, 0.0, 0.0]), "weights[2]");
+    assert_eq!(with(&|m| m.joints[2][3] = 1), "joints[2]");
+    assert_eq!(with(&|m| m.triangles[4][0] = 9), "triangles[4]");
+    assert_eq!(with(&|m| m.uvs.truncate(3)), "length of uvs");
+    assert_eq!(with(&|m| m.materials.push(0)), "length of triangle_materials");
+    let posed = |change: &dyn Fn(&mut TestPoses)| {
+        let mut poses = poses.clone();
+        change(&mut poses);
+        refused(&good, &poses)
+    };
+    assert_eq!(posed(&|p| p.palettes[0][1][1] = f32::NAN), "palettes[0]");
+    assert_eq!(posed(&|p| p.palettes.push(REST)), "palettes");
+    assert_eq!(posed(&|p| p.frame_weights = vec![0.5]), "sum of frame_weights");
+    assert_eq!(posed(&|p| p.frame_weights = vec![-1.0]), "frame_weights[0]");
+    assert_eq!(posed(&|p| p.frame_weights.clear()), "frame_weights");
+    assert_eq!(posed(&|p| p.joint_count = 0), "joint_count");
+}
+
+fn any_grid() -> impl Strategy<Value = TestMesh> {
+    let size = (2_usize..9, 2_usize..9);
+    (size, prop::collection::vec(0_u8..40, 100), prop::collection::vec(0_u8..6, 100), any::<bool>()).prop_map(
+        |((width, height), lifts, cuts, hard)| {
+            let lift = |x: usize, y: usize| f32::from(lifts[y * 10 + x]) * 0.01;
+            let mut mesh = grid(width, height, lift, |x, y| x > 0 && x < width && cuts[y * 10 + x] == 0);
+            if hard {
+                split_normals(&mut mesh);
+            }
+            mesh
+        },
+    )
+}
+
+/// Gives every other triangle vertices and a normal of its own.
+fn split_normals(mesh: &mut TestMesh) {
+    for i in (0..mesh.triangles.len()).step_by(2) {
+        let triangle = mesh.triangles[i].map(|v| {
+            let v = v as usize;
+            let own = mesh.vertex(mesh.positions[v], mesh.uvs[v]);
+            mesh.normals[own as usize] = [0.0, 0.6, 0.8];
+            own
+        });
+        mesh.triangles[i] = triangle;
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_prefix_of_any_height_field_is_valid(mesh in any_grid(), paper in any::<bool>()) {
+        let options = if paper { peng() } else { quick() };
+        let order = simplify_checked(&mesh, &TestPoses::rest(), &options);
+        prop_assert!(order.levels.len() > 1);
+    }
+
+    #[test]
+    fn every_prefix_of_any_soup_is_valid(
+        corners in prop::collection::vec([0_u32..12, 0_u32..12, 0_u32..12], 0..40),
+        places in prop::collection::vec([0_u8..3, 0_u8..3, 0_u8..3], 12),
+        uvs in prop::collection::vec([0_u8..2, 0_u8..2], 12),
+        paper in any::<bool>(),
+    ) {
+        let mut mesh = TestMesh::default();
+        for (place, uv) in places.iter().zip(&uvs) {
+            mesh.vertex(place.map(f32::from), uv.map(f32::from));
+        }
+        corners.iter().for_each(|&t| mesh.triangle(t));
+        let options = if paper { peng() } else { quick() };
+        simplify_checked(&mesh, &TestPoses::rest(), &options);
+    }
+}
+
+/// The checks above can fail.
+mod checks_fail {
+    use super::*;
+
+    fn broken(change: impl Fn(&mut CollapseOrder)) {
+        let mesh = grid(4, 4, |x, y| (x * y) as f32 * 0.1, |column, _| column == 2);
+        let poses = TestPoses::rest();
+        let mut order = simplify(&mesh.mesh(), &poses.poses(), &quick(), &|_| ()).expect("a valid mesh");
+        change(&mut order);
+        check_order(&mesh, &poses, &order);
+    }
+
+    #[test]
+    #[should_panic(expected = "maps to")]
+    fn on_a_map_that_goes_up() {
+        broken(|order| {
+            let last = order.collapse_map.len() - 1;
+            order.collapse_map[last - 1] = last as u32;
+        });
+    }
+
+    #[test]
+    #[should_panic]
+    fn on_a_wrong_target() {
+        broken(|order| {
+            let last = order.collapse_map.len() - 1;
+            order.collapse_map[last] = if order.collapse_map[last] == 0 { 1 } else { 0 };
+        });
+    }
+
+    #[test]
+    #[should_panic]
+    fn on_a_level_between_companions() {
+        broken(|order| {
+            let pair = order.levels.windows(2).position(|w| w[1].vertex_count - w[0].vertex_count == 2);
+            order.levels[pair.expect("companions collapse")].vertex_count += 1;
+        });
+    }
+
+    #[test]
+    #[should_panic]
+    fn on_a_triangle_too_few() {
+        broken(|order| order.levels[0].triangle_count -= 1);
+    }
 }

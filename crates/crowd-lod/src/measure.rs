@@ -209,3 +209,62 @@ fn spread_samples(positions: &[[f32; 3]], triangles: &[[u32; 3]], count: u32) ->
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_meshes::{REST, TestMesh, TestPoses, grid};
+
+    fn measure(mesh: &TestMesh, level: &[[u32; 3]], poses: &TestPoses, samples: u32) -> MeasuredError {
+        measure_level(&mesh.positions, &mesh.joints, &mesh.weights, &mesh.triangles, level, &poses.poses(), samples)
+    }
+
+    #[test]
+    fn full_detail_lies_on_itself() {
+        let mesh = grid(5, 5, |x, y| ((x * y) % 3) as f32, |_, _| false);
+        let error = measure(&mesh, &mesh.triangles, &TestPoses::rest(), 500);
+        assert!(error.max_m < 1.0e-5, "{error:?}");
+    }
+
+    /// A tent of 2 x 2 quads, 1 m high in the middle, against the flat square below it.
+    #[test]
+    fn tent_against_ground_by_fine_sums() {
+        let mesh = grid(2, 2, |x, y| if x == 1 && y == 1 { 1.0 } else { 0.0 }, |_, _| false);
+        let corner = |x: f32, y: f32| {
+            mesh.positions.iter().position(|p| p[0] == x && p[1] == y).expect("a corner of the grid") as u32
+        };
+        let (a, b, c, d) = (corner(0.0, 0.0), corner(2.0, 0.0), corner(2.0, 2.0), corner(0.0, 2.0));
+        let flat = [[a, b, c], [a, c, d]];
+        let error = measure(&mesh, &flat, &TestPoses::rest(), 20_000);
+        assert!((0.9..=1.0).contains(&error.max_m), "the peak is 1 m above the ground: {error:?}");
+        let coarse = measure(&mesh, &flat, &TestPoses::rest(), 2_000);
+        assert!((error.rms_m - coarse.rms_m).abs() < 0.02 * error.rms_m, "{error:?} {coarse:?}");
+        assert!((0.3..0.6).contains(&error.rms_m), "{error:?}");
+    }
+
+    #[test]
+    fn largest_error_names_its_frame_and_scales_with_the_pose() {
+        let mesh = grid(2, 2, |x, y| if x == 1 && y == 1 { 1.0 } else { 0.0 }, |_, _| false);
+        let corner = |x: f32, y: f32| {
+            mesh.positions.iter().position(|p| p[0] == x && p[1] == y).expect("a corner of the grid") as u32
+        };
+        let flat = [
+            [corner(0.0, 0.0), corner(2.0, 0.0), corner(2.0, 2.0)],
+            [corner(0.0, 0.0), corner(2.0, 2.0), corner(0.0, 2.0)],
+        ];
+        let tripled = REST.map(|row| row.map(|c| c * 3.0));
+        let error = measure(&mesh, &flat, &TestPoses::even(vec![REST, tripled, REST], 1), 1000);
+        let small = measure(&mesh, &flat, &TestPoses::rest(), 1000);
+        assert_eq!(error.max_frame, 1);
+        assert!((error.max_m - 3.0 * small.max_m).abs() < 1.0e-4, "{error:?} {small:?}");
+    }
+
+    #[test]
+    fn nothing_measures_nothing() {
+        let mesh = TestMesh::default();
+        assert_eq!(measure(&mesh, &[], &TestPoses::rest(), 100), MeasuredError::default());
+        let mesh = grid(1, 1, |_, _| 0.0, |_, _| false);
+        assert_eq!(measure(&mesh, &[], &TestPoses::rest(), 100), MeasuredError::default());
+        assert_eq!(measure(&mesh, &mesh.triangles, &TestPoses::rest(), 0), MeasuredError::default());
+    }
+}

@@ -17,9 +17,9 @@ pub(crate) type Lanes = [f32; LANES];
 /// Memory the quadrics may take. Beyond it, frames are drawn evenly by weight, so clips keep their share.
 const MAX_QUADRIC_BYTES: usize = 3 << 29;
 /// Weight of the plane that holds an open border, per squared edge length (a triangle's plane weighs its area).
-const BORDER_WEIGHT: f32 = 5.0;
+const BORDER_WEIGHT: f32 = 2.0;
 /// The same for a seam, from both sides.
-const SEAM_WEIGHT: f32 = 0.5;
+const SEAM_WEIGHT: f32 = 0.25;
 
 /// Symmetric 3x3 `A` (xx xy xz yy yz zz) and vector `b`: mean squared distance to the planes at `d` is
 /// `d·A·d + 2 b·d` plus the constant kept apart.
@@ -303,4 +303,76 @@ pub(crate) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 
 pub(crate) fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::classify::classify_wedges;
+    use crate::split_seams::split_seams;
+    use crate::test_meshes::{REST, TestPoses, uv_sphere};
+
+    #[test]
+    fn frames_are_drawn_by_weight() {
+        assert_eq!(choose_frames(&[0.5, 0.5], 4), [(0, 0.5), (1, 0.5)]);
+        // One long clip of four frames and a short one of one frame, equal weights.
+        let weights = [0.125, 0.125, 0.125, 0.125, 0.5];
+        assert_eq!(choose_frames(&weights, 2), [(1, 0.5), (4, 0.5)]);
+        assert_eq!(choose_frames(&weights, 4), [(0, 0.25), (2, 0.25), (4, 0.5)]);
+        let sum: f32 = choose_frames(&[1.0 / 999.0; 999], 100).iter().map(|c| c.1).sum();
+        assert!((sum - 1.0).abs() < 1.0e-4);
+    }
+
+    /// The cost after two merges equals the mean over frames of area-weighted squared plane distances, summed by hand
+    /// in f64 over all triangles of the merged positions.
+    #[test]
+    fn cost_is_the_mean_of_plane_distances_over_frames() {
+        let mesh = uv_sphere(9, 7);
+        let stretched = [[2.0, 0.0, 0.0, 5.0], [0.0, 1.0, 0.5, 0.0], [0.0, 0.0, 1.0, -3.0]];
+        let mut poses = TestPoses::even(vec![REST, stretched, REST], 1);
+        poses.frame_weights = vec![0.2, 0.7, 0.1];
+        let split = split_seams(&mesh.mesh());
+        let mut classes = classify_wedges(&split);
+        classes.edge_kinds.fill([EdgeKind::Interior; 3]);
+        let mut quadrics = Quadrics::build(&mesh.mesh(), &poses.poses(), &split, &classes.edge_kinds);
+
+        let neighbor = |p: u32, skip: &[u32]| {
+            let around = split.triangles.iter().map(|t| t.map(|v| split.position_of(v))).filter(|t| t.contains(&p));
+            around.flatten().find(|q| *q != p && !skip.contains(q)).expect("a sphere's vertex has neighbours")
+        };
+        let (a, b) = (20, neighbor(20, &[]));
+        let c = neighbor(b, &[a]);
+        let cost_ab = quadrics.move_cost(a, b);
+        quadrics.merge(a, b, cost_ab);
+        let cost = quadrics.total_cost(quadrics.move_cost(b, c), c);
+
+        let mut expected = 0.0_f64;
+        let mut area = 0.0_f64;
+        for frame in 0..3 {
+            let pose = |p: u32| {
+                let v = split.position_source[p as usize] as usize;
+                pose_position(mesh.positions[v], mesh.joints[v], mesh.weights[v], &poses.palettes[frame..=frame])
+                    .map(f64::from)
+            };
+            let target = pose(c);
+            for p in [a, b, c] {
+                for corners in
+                    split.triangles.iter().map(|t| t.map(|v| split.position_of(v))).filter(|t| t.contains(&p))
+                {
+                    let [x, y, z] = corners.map(pose);
+                    let minus = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+                    let (e, f) = (minus(y, x), minus(z, x));
+                    let n = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
+                    let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
+                    let d = minus(target, x);
+                    let distance = (n[0] * d[0] + n[1] * d[1] + n[2] * d[2]) / length;
+                    expected += f64::from(poses.frame_weights[frame]) * 0.5 * length * distance * distance;
+                    area += f64::from(poses.frame_weights[frame]) * 0.5 * length;
+                }
+            }
+        }
+        assert!(expected > 0.0);
+        assert!((f64::from(cost) - expected).abs() < 1.0e-4 * expected, "{cost} {expected}");
+        assert!((f64::from(quadrics.merged_area(b, c)) - area).abs() < 1.0e-4 * area);
+    }
 }

@@ -19,3 +19,27 @@ pub fn reform(triangles: &[[u32; 3]], collapse_map: &[u32], vertex_count: u32, t
     let chosen = triangles.iter().take(triangle_count as usize).filter(in_map);
     chosen.map(|t| t.map(|v| place[v as usize])).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::reform;
+
+    #[test]
+    fn looks_up_until_below_the_count() {
+        // 4 -> 3 -> 1; triangle 1 vanishes with vertex 3.
+        let triangles = [[0, 1, 2], [0, 3, 4], [2, 4, 0]];
+        let map = [0, 1, 2, 1, 3];
+        assert_eq!(reform(&triangles, &map, 5, 3), triangles);
+        assert_eq!(reform(&triangles, &map, 4, 1), [[0, 1, 2]]);
+        assert_eq!(reform(&[[2, 4, 0]], &map, 4, 1), [[2, 3, 0]]);
+        assert_eq!(reform(&[[2, 4, 0]], &map, 3, 1), [[2, 1, 0]]);
+    }
+
+    #[test]
+    fn hostile_maps_and_counts_do_no_harm() {
+        let triangles = [[0, 1, 2], [0, 9, 2]];
+        assert_eq!(reform(&triangles, &[7, 7, 7], 0, 100), [[0, 1, 2]]);
+        assert!(reform(&triangles, &[], 3, 2).is_empty());
+        assert!(reform(&[], &[0, 0], 1, 1).is_empty());
+    }
+}

@@ -209,3 +209,88 @@ pub(crate) fn cos_between(a: [f32; 3], b: [f32; 3]) -> f32 {
         0.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_meshes::TestMesh;
+
+    /// Two triangles over one edge, each with vertices of its own: 0 1 2 and 3 4 5, where 3 = 0 and 4 = 1.
+    fn two_triangles() -> TestMesh {
+        let mut mesh = TestMesh::default();
+        for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.0, 0.0), (1.0, 0.0), (0.0, -1.0)] {
+            mesh.vertex([x, y, 0.0], [x, y]);
+        }
+        mesh.triangle([0, 1, 2]);
+        mesh.triangle([4, 3, 5]);
+        mesh
+    }
+
+    fn counts(mesh: &TestMesh) -> [usize; 3] {
+        let split = split_seams(&mesh.mesh());
+        [split.position_source.len(), split.wedge_position.len(), split.variant_wedge.len()]
+    }
+
+    #[test]
+    fn equal_vertices_weld_to_one() {
+        assert_eq!(counts(&two_triangles()), [4, 4, 4]);
+    }
+
+    #[test]
+    fn zero_has_no_sign() {
+        let mut mesh = two_triangles();
+        mesh.positions[3] = [-0.0, -0.0, -0.0];
+        mesh.uvs[4] = [1.0, -0.0];
+        assert_eq!(counts(&mesh), [4, 4, 4]);
+    }
+
+    #[test]
+    fn uv_colour_and_material_split_wedges_but_not_positions() {
+        let mut mesh = two_triangles();
+        mesh.uvs[3] = [0.5, 0.5];
+        assert_eq!(counts(&mesh), [4, 5, 5]);
+        mesh.colors[4] = [0, 0, 0, 255];
+        assert_eq!(counts(&mesh), [4, 6, 6]);
+        let mut mesh = two_triangles();
+        mesh.materials[1] = 1;
+        assert_eq!(counts(&mesh), [4, 6, 6]);
+    }
+
+    #[test]
+    fn one_vertex_in_two_materials_is_two_wedges() {
+        let mut mesh = two_triangles();
+        mesh.triangles[1] = [1, 0, 5];
+        mesh.materials[1] = 1;
+        assert_eq!(counts(&mesh), [4, 6, 6]);
+    }
+
+    #[test]
+    fn normals_split_variants_only_beyond_a_degree() {
+        let mut mesh = two_triangles();
+        mesh.normals[3] = [0.01, 0.0, 0.999_95];
+        assert_eq!(counts(&mesh), [4, 4, 4]);
+        mesh.normals[3] = [0.6, 0.0, 0.8];
+        assert_eq!(counts(&mesh), [4, 4, 5]);
+    }
+
+    #[test]
+    fn other_skinning_splits_the_position_but_other_order_does_not() {
+        let mut mesh = two_triangles();
+        mesh.joints[0] = [2, 5, 0, 0];
+        mesh.weights[0] = [0.25, 0.75, 0.0, 0.0];
+        mesh.joints[3] = [5, 9, 2, 0];
+        mesh.weights[3] = [0.75, 0.0, 0.25, 0.0];
+        assert_eq!(counts(&mesh), [4, 4, 4]);
+        mesh.weights[3] = [0.7, 0.0, 0.3, 0.0];
+        assert_eq!(counts(&mesh), [5, 5, 5]);
+    }
+
+    #[test]
+    fn degenerate_triangles_and_unused_vertices_go() {
+        let mut mesh = two_triangles();
+        mesh.triangle([0, 3, 2]);
+        mesh.vertex([9.0, 9.0, 9.0], [0.0, 0.0]);
+        let split = split_seams(&mesh.mesh());
+        assert_eq!((split.degenerate_count, split.triangles.len(), split.position_source.len()), (1, 2, 4));
+    }
+}
