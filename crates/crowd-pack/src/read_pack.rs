@@ -27,8 +27,8 @@ impl Pack {
             let allowed = format!("{}, as the header says", header.file_bytes);
             return Err(format_error("file length", found_bytes, allowed));
         }
-        bytes.reserve_exact((found_bytes as usize).saturating_sub(bytes.len()));
-        file.take(found_bytes.saturating_sub(HEADER_BYTES as u64)).read_to_end(&mut bytes).map_err(io_error)?;
+        bytes.resize((found_bytes as usize).max(HEADER_BYTES), 0);
+        file.read_exact(&mut bytes[HEADER_BYTES..]).map_err(io_error)?;
         Self::from_bytes(&bytes)
     }
 
