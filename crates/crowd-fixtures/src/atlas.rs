@@ -31,7 +31,24 @@ pub const HUMAN: &[[u8; 4]] = &[
     [7, 5, 11, 7],
     [14, 14, 16, 16],
     [14, 10, 16, 12],
+    [14, 14, 16, 16],
 ];
+
+/// The same for people in skirts: the skirt lies where the hips were, and those are small.
+pub const SKIRTED: &[[u8; 4]] = &{
+    let mut rects = [[0_u8; 4]; 23];
+    let mut i = 0;
+    while i < rects.len() {
+        rects[i] = HUMAN[i];
+        i += 1;
+    }
+    rects[5] = [14, 14, 15, 16];
+    rects[6] = [15, 14, 16, 16];
+    rects[17] = [14, 12, 16, 13];
+    rects[20] = [0, 12, 4, 16];
+    rects[22] = [14, 13, 16, 14];
+    rects
+};
 
 /// Chart rectangles of the four-legged animals.
 pub const BEAST: &[[u8; 4]] = &[

@@ -294,7 +294,7 @@ fn add_ears_and_more(shape: &mut Shape, kind: Kind, list: &[Ring]) {
             let steps = [(0.02, 0.00, 0.045), (0.12, -0.02, 0.038), (0.22, -0.01, 0.028), (0.27, 0.09, 0.019), (0.23, 0.18, 0.007)];
             let path: Vec<(Vec3, f32, f32)> =
                 steps.iter().map(|&(x, y, g)| (root + vec3(x * side, y, 0.03 * (x / 0.27)), g, g)).collect();
-            add_spindle(shape, &path, 5, chart::HORN, part::HORN, tag::HEAD, mirrored);
+            add_spindle(shape, &path, 4, chart::HORN, part::HORN, tag::HEAD, mirrored);
         }
     }
     let rump = &list[0];
@@ -312,14 +312,15 @@ fn add_ears_and_more(shape: &mut Shape, kind: Kind, list: &[Ring]) {
         let n = (p - vec3(0.0, list[k].y, list[k].z)).normalize();
         p + n * out
     };
-    let path: Vec<(Vec3, f32, f32)> = (7..=13)
+    let first = if kind == Kind::Zebra { 7 } else { 8 };
+    let path: Vec<(Vec3, f32, f32)> = (first..=13)
         .map(|k| {
-            let t = (k - 7) as f32 / 6.0;
+            let t = (k - first) as f32 / 6.0;
             let high = (0.028 + 0.038 * smoothstep(0.0, 0.3, t)) * if k == 13 { 0.6 } else { 1.0 };
             (crest(k, high * 0.35), 0.020, high)
         })
         .collect();
-    add_spindle(shape, &path, 6, chart::MANE, part::MANE, tag::BODY, false);
+    add_spindle(shape, &path, if kind == Kind::Zebra { 6 } else { 4 }, chart::MANE, part::MANE, tag::BODY, false);
     if kind == Kind::Gnu {
         let throat = |k: usize, out: f32| {
             let p = ring_points(&list[k])[6];
@@ -328,7 +329,7 @@ fn add_ears_and_more(shape: &mut Shape, kind: Kind, list: &[Ring]) {
         };
         let path: Vec<(Vec3, f32, f32)> =
             (8..=14).map(|k| (throat(k, 0.01), 0.018, 0.055 - 0.007 * (k as f32 - 10.0).abs())).collect();
-        add_spindle(shape, &path, 6, chart::MANE, part::MANE, tag::BODY, true);
+        add_spindle(shape, &path, 4, chart::MANE, part::MANE, tag::BODY, true);
     }
 }
 
@@ -408,12 +409,11 @@ fn stripes(kind: Kind, pale: Vec3, dark: Vec3, x: f32) -> Vec3 {
 fn body_coat(kind: Kind, list: &[Ring], pale: Vec3, dark: Vec3, s: &Spot, p: Vec3) -> Vec3 {
     let belly = around_belly(s.around);
     if kind == Kind::Zebra {
-        // Upright on flank and neck, turning into long level stripes over the haunch.
         let wobble = 0.25 * libm::sinf(p.y * 17.0 + 3.0 * s.along) + 0.18 * libm::sinf(p.z * 9.0 + p.y * 6.0);
-        let haunch = smoothstep(-0.30, -0.62, p.z);
-        let flank = s.along * 14.0;
-        let level = 5.0 + (p.y - 1.0) * 10.0 + (p.z + 0.45) * 6.0;
-        let x = mix(flank, level, haunch) + wobble * (1.0 - 0.5 * haunch);
+        // Behind the groin the stripes fan out round it: upright on the flank, level on the haunch.
+        let (back, high) = (-0.40 - p.z, p.y - 0.76);
+        let fan = 14.0 * 0.41 - 5.4 * libm::atan2f(back, high);
+        let x = if back > 0.0 { mix(s.along * 14.0, fan, smoothstep(0.0, 0.12, back)) } else { s.along * 14.0 } + wobble;
         let c = stripes(kind, pale, dark, x);
         let back = bell(around_belly(s.around) - 0.5, 0.012);
         return c.lerp(pale, 0.9 * smoothstep(0.09, 0.03, belly)).lerp(dark, back);

@@ -58,6 +58,7 @@ pub mod chart {
     pub const TAIL: u16 = 19;
     pub const SKIRT: u16 = 20;
     pub const EXTRA: u16 = 21;
+    pub const LINING: u16 = 22;
 }
 
 /// A garment (or bare skin) that covers a limb up to `end`: its cloth stands `extra` off the skin and is at least
@@ -215,9 +216,9 @@ impl Figure {
                 (1.0, 0.0215),
             ]),
             arm_u: Profile::new(&[
-                (0.0, 0.043),
-                (0.10, 0.040),
-                (0.2, 0.033),
+                (0.0, 0.037),
+                (0.10, 0.0355),
+                (0.2, 0.0315),
                 (0.36, 0.029),
                 (0.48, 0.0255),
                 (0.54, 0.0255),
@@ -229,9 +230,9 @@ impl Figure {
                 (1.22, 0.0105),
             ]),
             arm_z: Profile::new(&[
-                (0.0, 0.036),
-                (0.2, 0.034),
-                (0.36, 0.031),
+                (0.0, 0.034),
+                (0.2, 0.0325),
+                (0.36, 0.030),
                 (0.54, 0.0255),
                 (0.66, 0.026),
                 (0.84, 0.021),
@@ -329,7 +330,7 @@ impl Figure {
         if c > 0.0 && hy > -0.01 {
             let ax = x.abs();
             let n = self.build.nose;
-            let bridge = Profile::new(&[(0.29, 0.0), (0.315, 0.075), (0.36, 0.105), (0.45, 0.055), (0.53, 0.018), (0.6, 0.0)]);
+            let bridge = Profile::new(&[(0.29, 0.0), (0.315, 0.055), (0.36, 0.085), (0.45, 0.048), (0.53, 0.018), (0.6, 0.0)]);
             z += n * bridge.at(hy) * bell(x, mix(0.045, 0.028, smoothstep(0.33, 0.5, hy)));
             z += n * 0.03 * bell(ax - 0.05, 0.025) * bell(hy - 0.325, 0.025);
             z -= 0.030 * bell(ax - 0.15, 0.065) * bell(hy - 0.5, 0.045);

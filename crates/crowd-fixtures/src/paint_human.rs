@@ -252,9 +252,19 @@ fn head(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
         let bag = bell(hy - 0.445 + 0.8 * (ax - 0.155) * (ax - 0.155) * 4.0, 0.006) * bell(ax - 0.155, 0.05);
         c = c.lerp(darker(look.skin, 0.68), look.age * (fold + 0.7 * brow + bag).min(1.0));
     }
-    if look.freckles && bell(ax - 0.12, 0.09) * bell(hy - 0.37, 0.05) > 0.3 {
-        let dots = libm::sinf(x * 210.0 + 40.0 * hy) * libm::sinf(hy * 190.0 - 30.0 * x);
-        c = c.lerp(darker(look.skin, 0.72), 0.8 * smoothstep(0.62, 0.8, dots));
+    if look.freckles {
+        // One freckle in some cells of a grid, each a little out of place.
+        let (i, j) = (libm::floorf(x / 0.026), libm::floorf(hy / 0.022));
+        let chance = |k: f32| {
+            let v = libm::sinf(i * 12.9898 + j * 78.233 + k) * 43758.547;
+            v - libm::floorf(v)
+        };
+        let dx = x / 0.026 - i - mix(0.3, 0.7, chance(1.0));
+        let dy = hy / 0.022 - j - mix(0.3, 0.7, chance(2.0));
+        let place = bell(ax - 0.12, 0.075) * bell(hy - 0.385, 0.035);
+        if chance(3.0) < 0.8 * place {
+            c = c.lerp(darker(look.skin, 0.74), 0.55 * smoothstep(0.24, 0.12, libm::sqrtf(dx * dx + dy * dy)));
+        }
     }
     if look.beard > 0.0 {
         let cheek = mix(0.24, 0.40, smoothstep(0.12, 0.34, ax));
@@ -464,13 +474,13 @@ fn trunk(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
     }
     // A round neck on bare skin.
     if look.collar.is_none() {
-        let neck = 0.965 - if front { 0.075 * bell(x, 0.055) } else { 0.0 };
+        let neck = 0.985 - if front { 0.075 * bell(x, 0.055) } else { 0.0 };
         if t > neck {
             return (if t < neck + 0.012 { darker(look.top.ground(), 0.8) } else { look.skin }, if t < neck + 0.012 { region::TOP } else { region::SKIN });
         }
     } else if let Some(collar) = look.collar {
         let points = front && t > 0.90 && x.abs() < 0.075 && t > 0.985 - 0.085 * smoothstep(0.075, 0.02, x.abs()) * smoothstep(0.004, 0.02, x.abs());
-        if points || t > 0.965 {
+        if points || t > 0.988 {
             return (collar, region::TOP);
         }
         if front && look.front != Front::Plain && x.abs() < 0.010 && t > 0.94 {

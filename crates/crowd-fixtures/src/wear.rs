@@ -37,8 +37,12 @@ pub fn add_hair(shape: &mut Shape, f: &Figure, cut: &HairCut) {
         let extra = mix(cut.thick.1, cut.thick.0, t) + cut.locks.0 * lock * smoothstep(0.0, 0.5, t);
         // Below the ears hair hangs straight instead of following the neck.
         let follow = hy.max(mix(0.30, 0.42, smoothstep(80.0, 130.0, degrees)));
-        let mut p = f.head_point(follow, theta, extra);
-        p.y = f.chin_y() + hy * h + extra * h * (1.0 - t);
+        // Grown out from the middle of the skull, so that the crown stays a dome.
+        let middle = Vec3::new(0.0, f.chin_y() + 0.55 * h, f.m_z(-0.02));
+        let mut p = middle + (f.head_point(follow, theta, 0.0) - middle) * (1.0 + extra / 0.40);
+        if follow > hy {
+            p.y = f.chin_y() + hy * h;
+        }
         if hy < 0.1 {
             p.z -= 0.10 * h * (0.1 - hy) * smoothstep(60.0, 120.0, degrees);
         }
@@ -58,7 +62,7 @@ pub fn add_hair(shape: &mut Shape, f: &Figure, cut: &HairCut) {
         along.push(1.0 - t);
     }
     let crown = f.head_point(1.0, 0.0, 0.0);
-    let tip = shape.add(Vec3::new(0.0, crown.y + cut.thick.1 * h, crown.z), tag::HEAD);
+    let tip = shape.add(Vec3::new(0.0, crown.y + 1.12 * cut.thick.1 * h, crown.z), tag::HEAD);
     let gc = GridChart { chart: chart::HAIR, part: part::HAIR, mirrored: false, lying: false };
     shape.add_disc(&rings, tip, &along, &gc, false);
     // The underside: tucked a little under the skin, then closed in the middle of the head.
@@ -210,7 +214,7 @@ pub fn add_skirt(shape: &mut Shape, f: &Figure, skirt: &Skirt) {
     let cols: Vec<usize> = (n / 2..=n / 2 + n).collect();
     let around: Vec<f32> = cols.iter().map(|&j| j as f32 / n as f32).collect();
     let v: Vec<f32> = (0..=skirt.rows).map(|r| r as f32 / skirt.rows as f32).collect();
-    let gc = GridChart { chart: chart::HIP_FRONT, part: part::SKIRT, mirrored: false, lying: false };
+    let gc = GridChart { chart: chart::SKIRT, part: part::SKIRT, mirrored: false, lying: false };
     let u = |_: usize, k: usize| k as f32 / n as f32;
     shape.add_grid(&rings, &cols, &u, &around, &v, &along, &gc, true, &|_, _| false);
     // The lining: from the hem up to a lid inside the waist.
@@ -222,6 +226,6 @@ pub fn add_skirt(shape: &mut Shape, f: &Figure, skirt: &Skirt) {
         .chain(std::iter::once(rings[0].clone()))
         .collect();
     let lid = shape.add(Vec3::new(0.0, top, 0.0), tag::TRUNK);
-    let gc = GridChart { chart: chart::HIP_BACK, part: part::SKIRT, mirrored: false, lying: false };
+    let gc = GridChart { chart: chart::LINING, part: part::SKIRT, mirrored: false, lying: false };
     shape.add_disc(&lining, lid, &[hem; 5], &gc, false);
 }
