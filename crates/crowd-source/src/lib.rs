@@ -29,12 +29,38 @@ use std::path::Path;
 /// [`Error`] names the file, the place in it, what was found and what is allowed.
 pub fn load_character(path: &Path, limits: &Limits) -> Result<RawCharacter> {
     let asset = refusal::Asset { path, limits };
+    // An unknown kind of file is refused unread.
+    kind_of_file(asset)?;
+    read_character(path, &folder::read_named_file(asset)?, limits)
+}
+
+/// Like [`load_character`], for the bytes of a file that is in memory already (an archive, a fuzzer).
+///
+/// `path` names the character, tells the kind of file by its extension, and stands in messages; files that the asset
+/// names are read from the path's folder, which must exist.
+///
+/// # Errors
+/// As [`load_character`].
+pub fn read_character(path: &Path, bytes: &[u8], limits: &Limits) -> Result<RawCharacter> {
+    let asset = refusal::Asset { path, limits };
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = stem.filter(|stem| !stem.is_empty()).unwrap_or_else(|| "character".to_owned());
-    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    match kind_of_file(asset)? {
+        FileKind::Gltf => gltf_reader::read_gltf(asset, name, bytes),
+        FileKind::Obj => obj_reader::read_obj(asset, name, bytes),
+    }
+}
+
+enum FileKind {
+    Gltf,
+    Obj,
+}
+
+fn kind_of_file(asset: refusal::Asset<'_>) -> Result<FileKind> {
+    let extension = asset.path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     match extension.as_str() {
-        "glb" | "gltf" => gltf_reader::read_gltf(asset, name, &folder::read_named_file(asset)?),
-        "obj" => obj_reader::read_obj(asset, name, &folder::read_named_file(asset)?),
+        "glb" | "gltf" => Ok(FileKind::Gltf),
+        "obj" => Ok(FileKind::Obj),
         _ => Err(asset.unsupported("file name", format!("the extension `.{extension}`"), "give a .glb, .gltf or .obj")),
     }
 }

@@ -18,6 +18,9 @@ pub(crate) struct PartMesh {
     pub(crate) triangles: Vec<[u32; 3]>,
 }
 
+/// What is said about triangles without area because two corners are one vertex.
+pub(crate) const DEGENERATE: &str = "triangles that use one vertex twice were left out; nothing is seen of them";
+
 /// Area-weighted unit normals, equal for vertices at one position. Lone and flat spots get +Y.
 pub(crate) fn area_weighted_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let mut first_at: HashMap<[u32; 3], u32> = HashMap::with_capacity(positions.len());
@@ -61,42 +64,50 @@ pub(crate) fn complete_normals(part: &mut PartMesh) -> u64 {
     repaired
 }
 
-/// Merges vertices that agree in every attribute, and drops those that no triangle uses; the first of each group stays,
-/// in the order in which triangles meet them.
-pub(crate) fn weld_vertices(part: &mut PartMesh) {
+/// Merges vertices that agree in every attribute, leaves out triangles that then use a vertex twice, and drops vertices
+/// that no triangle uses. The first of each group stays, in the order in which triangles meet them.
+///
+/// Returns how many triangles were left out.
+pub(crate) fn weld_vertices(part: &mut PartMesh) -> u64 {
+    let twin = first_twins(part);
+    let found = part.triangles.len();
+    let mut triangles: Vec<[u32; 3]> = part.triangles.iter().map(|t| t.map(|v| twin[v as usize])).collect();
+    triangles.retain(|[a, b, c]| a != b && b != c && a != c);
+
     let mut welded = PartMesh::default();
-    let mut known: HashMap<Vec<u32>, u32> = HashMap::with_capacity(part.positions.len());
     let mut vertex_remap = vec![u32::MAX; part.positions.len()];
-    let mut triangles = std::mem::take(&mut part.triangles);
-    for triangle in &mut triangles {
-        for corner in triangle {
-            let v = *corner as usize;
-            if vertex_remap[v] == u32::MAX {
-                let fresh = welded.positions.len() as u32;
-                let key = [
-                    float_bits(part.positions[v]).as_slice(),
-                    &float_bits(part.normals[v]),
-                    &float_bits(part.uvs[v]),
-                    &[u32::from_le_bytes(part.colors[v])],
-                    &part.joints[v].map(u32::from),
-                    &float_bits(part.weights[v]),
-                ]
-                .concat();
-                vertex_remap[v] = *known.entry(key).or_insert(fresh);
-                if vertex_remap[v] == fresh {
-                    welded.positions.push(part.positions[v]);
-                    welded.normals.push(part.normals[v]);
-                    welded.uvs.push(part.uvs[v]);
-                    welded.colors.push(part.colors[v]);
-                    welded.joints.push(part.joints[v]);
-                    welded.weights.push(part.weights[v]);
-                }
-            }
-            *corner = vertex_remap[v];
+    for corner in triangles.iter_mut().flatten() {
+        let v = *corner as usize;
+        if vertex_remap[v] == u32::MAX {
+            vertex_remap[v] = welded.positions.len() as u32;
+            welded.positions.push(part.positions[v]);
+            welded.normals.push(part.normals[v]);
+            welded.uvs.push(part.uvs[v]);
+            welded.colors.push(part.colors[v]);
+            welded.joints.push(part.joints[v]);
+            welded.weights.push(part.weights[v]);
         }
+        *corner = vertex_remap[v];
     }
     welded.triangles = triangles;
     *part = welded;
+    (found - part.triangles.len()) as u64
+}
+
+/// For each vertex, the first one with the same attributes.
+fn first_twins(part: &PartMesh) -> Vec<u32> {
+    let mut first: HashMap<[u32; 17], u32> = HashMap::with_capacity(part.positions.len());
+    let key = |v: usize| {
+        let mut key = [0; 17];
+        key[..3].copy_from_slice(&float_bits(part.positions[v]));
+        key[3..6].copy_from_slice(&float_bits(part.normals[v]));
+        key[6..8].copy_from_slice(&float_bits(part.uvs[v]));
+        key[8] = u32::from_le_bytes(part.colors[v]);
+        key[9..13].copy_from_slice(&part.joints[v].map(u32::from));
+        key[13..].copy_from_slice(&float_bits(part.weights[v]));
+        key
+    };
+    (0..part.positions.len()).map(|v| *first.entry(key(v)).or_insert(v as u32)).collect()
 }
 
 /// Bit patterns, with one zero instead of two.
@@ -116,4 +127,75 @@ pub(crate) fn append_part(mesh: &mut RawMesh, part: PartMesh, name: String, mate
     mesh.joints.extend(part.joints);
     mesh.weights.extend(part.weights);
     mesh.triangles.extend(part.triangles.iter().map(|t| t.map(|v| first_vertex + v)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2---3
+    /// | \ |   vertices 4 and 5 are 1 and 2 again
+    /// 0---1
+    fn square() -> PartMesh {
+        let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [1., 1., 0.], [1., -0.0, 0.], [0., 1., 0.]];
+        PartMesh {
+            positions: corners.to_vec(),
+            uvs: vec![[0.5; 2]; 6],
+            colors: vec![[255; 4]; 6],
+            joints: vec![[0; 4]; 6],
+            weights: vec![[1., 0., 0., 0.]; 6],
+            triangles: vec![[0, 1, 2], [4, 3, 5]],
+            ..PartMesh::default()
+        }
+    }
+
+    #[test]
+    fn computed_normals_are_equal_where_positions_are() {
+        let mut part = square();
+        // Fold the far corner up: the two triangles now differ, the shared edge takes the mean.
+        part.positions[3][2] = 1.0;
+        let normals = area_weighted_normals(&part.positions, &part.triangles);
+        assert_eq!((normals[1], normals[2]), (normals[4], normals[5]));
+        assert_ne!(normals[0], normals[1]);
+        for n in normals {
+            assert!((Vec3::from_array(n).length() - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn larger_triangles_weigh_more() {
+        let positions = [[0., 0., 0.], [10., 0., 0.], [0., 10., 0.], [0., 0., 1.]];
+        let normals = area_weighted_normals(&positions, &[[0, 1, 2], [0, 2, 3]]);
+        assert!(normals[0][2] > 0.9, "{:?}", normals[0]);
+    }
+
+    #[test]
+    fn a_vertex_without_area_gets_some_normal() {
+        assert_eq!(area_weighted_normals(&[[1.0; 3]; 3], &[[0, 1, 2]]), [[0., 1., 0.]; 3]);
+    }
+
+    #[test]
+    fn equal_vertices_become_one_and_others_stay() {
+        let mut part = square();
+        assert_eq!(complete_normals(&mut part), 0);
+        assert_eq!(weld_vertices(&mut part), 0);
+        assert_eq!(part.triangles, [[0, 1, 2], [1, 3, 2]]);
+        assert_eq!(part.positions.len(), 4);
+
+        let mut seam = square();
+        seam.uvs[4] = [0.25; 2];
+        complete_normals(&mut seam);
+        weld_vertices(&mut seam);
+        assert_eq!(seam.positions.len(), 5, "another texture point is another vertex");
+    }
+
+    #[test]
+    fn triangles_that_fall_together_go_and_take_their_vertices_along() {
+        let mut part = square();
+        part.triangles = vec![[2, 5, 3], [0, 1, 2]];
+        complete_normals(&mut part);
+        assert_eq!(weld_vertices(&mut part), 1);
+        assert_eq!(part.positions.len(), 3);
+        assert_eq!(part.triangles, [[0, 1, 2]]);
+    }
 }

@@ -11,7 +11,7 @@ use super::materials::{MaterialTable, texture_uses};
 use super::nodes::{NodeTree, node_place};
 use super::primitives::{Geometry, Shape};
 use super::skins::{Palette, Skin, common_from_group, group_bind_spaces, is_invertible, read_skin};
-use crate::part::{PartMesh, append_part, complete_normals, weld_vertices};
+use crate::part::{DEGENERATE, PartMesh, append_part, complete_normals, weld_vertices};
 use crate::refusal::{Asset, Warnings};
 use crate::{RawMesh, Result};
 
@@ -70,7 +70,11 @@ pub(super) fn place_meshes(
             let repaired = complete_normals(&mut part);
             let message = "normals without a direction were computed from the triangles around them";
             warnings.add("normals-repaired", &shape.place, repaired, message);
-            weld_vertices(&mut part);
+            let degenerate = weld_vertices(&mut part);
+            warnings.add("degenerate-triangles-dropped", &shape.place, degenerate, DEGENERATE);
+            if part.triangles.is_empty() {
+                continue;
+            }
             let material = materials.index(shape.material, flat, warnings)?;
             append_part(&mut mesh, part, shape.name.clone(), material, skin.is_none());
             if shape.morph_targets > 0 {
@@ -92,6 +96,7 @@ pub(super) fn place_meshes(
         );
         return Err(asset.format("scene", found));
     }
+    let palette = drop_unused_joints(&mut mesh, palette);
     Ok((mesh, palette))
 }
 
@@ -186,6 +191,21 @@ fn sum_weights(
         }
     }
     Ok(sums)
+}
+
+/// Vertices that fell away may have been a joint's only ones.
+fn drop_unused_joints(mesh: &mut RawMesh, palette: Palette) -> Palette {
+    let mut used = vec![false; palette.len()];
+    for (joints, weights) in mesh.joints.iter().zip(&mesh.weights) {
+        (0..4).filter(|s| weights[*s] > 0.0).for_each(|s| used[joints[s] as usize] = true);
+    }
+    let (palette, joint_remap) = palette.keep(&used);
+    for (joints, weights) in mesh.joints.iter_mut().zip(&mesh.weights) {
+        for slot in 0..4 {
+            joints[slot] = if weights[slot] > 0.0 { joint_remap[joints[slot] as usize] } else { 0 };
+        }
+    }
+    palette
 }
 
 /// For each skin, the map from its own bind space into the common one.

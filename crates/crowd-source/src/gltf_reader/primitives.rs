@@ -11,6 +11,7 @@ use super::document::{DRACO_REMEDY, describe};
 use super::influences::{Influence, keep_four_strongest};
 use super::materials::TextureUse;
 use crate::Result;
+use crate::part::DEGENERATE;
 use crate::refusal::{Asset, Warnings};
 
 /// JOINTS_n and WEIGHTS_n that are looked at: 32 influences a vertex, of which four stay. Bounds memory.
@@ -110,8 +111,7 @@ impl<'a> Geometry<'a, '_> {
         self.triangles_read += triangles.len() as u64 + degenerate;
         self.asset.check_limit(&place, "triangles", self.triangles_read, self.asset.limits.triangles)?;
         if mode == Mode::Triangles {
-            let message = "triangles that use one vertex twice were left out";
-            warnings.add("degenerate-triangles-dropped", &place, degenerate, message);
+            warnings.add("degenerate-triangles-dropped", &place, degenerate, DEGENERATE);
         }
         if triangles.is_empty() {
             warnings.add("empty-primitive", &place, 1, "the primitive has no triangles");

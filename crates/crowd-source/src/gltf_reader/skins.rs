@@ -153,6 +153,18 @@ impl Palette {
         self.joints.len()
     }
 
+    /// The joints with `used`, in their order, and old index to new (0 for those that are gone).
+    pub(super) fn keep(self, used: &[bool]) -> (Self, Vec<u16>) {
+        let mut kept = Self::default();
+        let mut joint_remap = vec![0; used.len()];
+        for (index, joint) in self.joints.into_iter().enumerate().filter(|(index, _)| used[*index]) {
+            joint_remap[index] = kept.joints.len() as u16;
+            kept.on_node.entry(joint.0).or_default().push(kept.joints.len() as u32);
+            kept.joints.push(joint);
+        }
+        (kept, joint_remap)
+    }
+
     pub(super) fn nodes(&self) -> impl Iterator<Item = u32> + '_ {
         self.joints.iter().map(|(node, _)| *node)
     }

@@ -11,7 +11,7 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 
 use crate::folder::{Folder, shorten};
-use crate::part::{PartMesh, append_part, complete_normals, weld_vertices};
+use crate::part::{DEGENERATE, PartMesh, append_part, complete_normals, weld_vertices};
 use crate::refusal::{Asset, Warnings};
 use crate::{RawCharacter, RawJoint, RawMesh, RawNode, Result};
 use polygons::triangulate_polygon;
@@ -42,7 +42,11 @@ pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<R
         warnings.add("normals-repaired", &place, repaired, message);
         part.joints = vec![[0; 4]; part.positions.len()];
         part.weights = vec![[1.0, 0.0, 0.0, 0.0]; part.positions.len()];
-        weld_vertices(&mut part);
+        let degenerate = weld_vertices(&mut part);
+        warnings.add("degenerate-triangles-dropped", &place, degenerate, DEGENERATE);
+        if part.triangles.is_empty() {
+            continue;
+        }
         let material = surfaces.index(material, flat, &mut warnings)?;
         append_part(&mut mesh, part, model_name.to_owned(), material, true);
     }

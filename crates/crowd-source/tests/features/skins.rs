@@ -237,3 +237,16 @@ fn a_matrix_with_shear_is_warned_about() {
     let character = doc.load();
     assert!(warning(&character, "shear-dropped").is_some());
 }
+
+#[test]
+fn joints_of_vertices_that_no_triangle_uses_are_dropped() {
+    let mut doc =
+        skinned([DMat4::IDENTITY; 2], [[1., 0., 0., 0.], [1., 0., 0., 0.], [1., 0., 0., 0.], [0., 1., 0., 0.]]);
+    let indices = doc.indices(&[0, 1, 2]);
+    let primitive = &mut doc.json["meshes"][0]["primitives"][0];
+    primitive["mode"] = json!(4);
+    primitive["indices"] = json!(indices);
+    let character = doc.load();
+    assert_eq!(character.joints.len(), 1);
+    assert_eq!(character.nodes[character.joints[0].node as usize].name, "hip");
+}
