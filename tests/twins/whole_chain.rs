@@ -1,13 +1,14 @@
 //! All stages through the renderer, as an engine runs them, and the picture that comes out.
 
 use crate::cases::{SIZES, case, data, first_difference};
+use crowd_raster::{ImageDifference, Target, compare_images};
 use crowd_stages::gpu::{CrowdRenderer, RendererOptions};
 use crowd_stages::{
     Capacities, DrawArgs, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, Technique, Weight, cpu,
     overflow,
 };
 use crowd_tests::gpu::{self, Picture};
-use crowd_tests::{images, synthetic};
+use crowd_tests::synthetic;
 use glam::Vec3;
 
 const OPTIONS: RendererOptions = RendererOptions {
@@ -31,6 +32,12 @@ fn renderer(options: RendererOptions, instances: &[InstanceRecord]) -> CrowdRend
     let mut renderer = CrowdRenderer::new(device, queue, data(), options).expect("within default limits");
     renderer.set_instances(queue, instances).expect("synthetic instances are valid");
     renderer
+}
+
+/// Colours of 640 x 360 pixels compared.
+fn compare(a: &[[u8; 4]], b: &[[u8; 4]]) -> ImageDifference {
+    let target = |color: &[[u8; 4]]| Target { width: 640, height: 360, color: color.to_vec(), depth: Vec::new() };
+    compare_images(&target(a), &target(b)).expect("both have the same size")
 }
 
 /// A near view of a small crowd.
@@ -110,13 +117,12 @@ fn at_full_detail_reformation_and_pseudo_instancing_draw_the_same_picture() {
     let colors: std::collections::BTreeSet<[u8; 4]> = reformed.iter().copied().collect();
     assert!(colors.len() > 1000, "{} colours: this is not a picture", colors.len());
     assert!(reformed_totals.visible_count > 40 && full_totals.visible_count == 60);
-    let difference = images::compare(&reformed, &full, 0);
-    assert_eq!(difference.max, 0, "{difference:?}");
+    assert_eq!(compare(&reformed, &full).max, 0, "not one pixel differs");
 
     // The comparison can fail: with few vertices the picture is another.
     let coarse = FrameConfig { budget: 2000, ..config };
     draw(&mut renderer, &picture, &coarse, Technique::Reform);
-    assert!(images::compare(&picture.pixels(), &full, 8).share > 0.01);
+    assert!(compare(&picture.pixels(), &full).share_over(8) > 0.01);
 }
 
 #[test]

@@ -156,3 +156,38 @@ fn premultiply(data: &mut CrowdData, split: &[[f32; 4]], inverse_binds: &[[f32; 
         character.inverse_bind_offset = 0;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(m: Mat4) -> [[f32; 4]; 4] {
+        m.transpose().to_cols_array_2d()
+    }
+
+    #[test]
+    fn a_split_animation_becomes_one_matrix_a_joint() {
+        let bind = |i: usize| Mat4::from_translation(glam::Vec3::new(i as f32, -1.0, 0.5));
+        let world =
+            |i: usize| Mat4::from_rotation_y(i as f32 * 0.3) * Mat4::from_translation(glam::Vec3::splat(i as f32));
+        // Two clips of two frames of two joints, the second clip first in the section.
+        let mut data = CrowdData {
+            characters: vec![CharacterRecord { joint_count: 2, clip_count: 2, ..Default::default() }],
+            clips: vec![
+                ClipRecord { texel_offset: 16, frame_count: 2, ..Default::default() },
+                ClipRecord { texel_offset: 0, frame_count: 2, ..Default::default() },
+            ],
+            ..Default::default()
+        };
+        let split: Vec<[f32; 4]> = (0..8).flat_map(|i| rows(world(i))).collect();
+        let binds: Vec<[f32; 4]> = (0..2).flat_map(|j| rows(bind(j))).collect();
+        premultiply(&mut data, &split, &binds);
+
+        assert_eq!((data.clips[0].texel_offset, data.clips[1].texel_offset), (0, 12));
+        assert_eq!(data.animation.len(), 8 * 3);
+        // First clip, frame 1, joint 1 is matrix 4 + 2 + 1 of the section.
+        assert_eq!(data.animation[9..12], rows(world(7) * bind(1))[..3]);
+        // Second clip, frame 0, joint 1.
+        assert_eq!(data.animation[15..18], rows(world(1) * bind(1))[..3]);
+    }
+}

@@ -293,3 +293,74 @@ pub mod dispatch {
     /// Threads of a group that works on one instance.
     pub const INSTANCE_GROUP_SIZE: u32 = 64;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view() -> FrameView {
+        let camera = glam::camera::rh::view::look_at_mat4(Vec3::new(3.0, 2.0, 9.0), Vec3::new(0.5, 1.0, -4.0), Vec3::Y);
+        let projection = glam::camera::rh::proj::directx::perspective(0.9, 16.0 / 9.0, 0.1, 50.0);
+        FrameView {
+            clip_from_world: projection * camera,
+            eye: Vec3::new(3.0, 2.0, 9.0),
+            fov_y_rad: 0.9,
+            viewport_height_px: 720.0,
+            time_s: 0.0,
+            budget: 1,
+            alpha: 3.0,
+            weight: Weight::Area,
+        }
+    }
+
+    #[test]
+    fn a_point_is_inside_the_planes_when_its_clip_coordinates_are_in_range() {
+        let view = view();
+        let config = FrameConfig::from_camera(&view);
+        let (mut inside, mut outside) = (0, 0);
+        for i in 0..4000 {
+            let part = |step: i32, reach: f32| ((i * step % 101) as f32 / 50.0 - 1.0) * reach;
+            let p = Vec3::new(part(7, 30.0), part(31, 15.0), part(53, 60.0));
+            let clip = view.clip_from_world * p.extend(1.0);
+            let distances = config.planes.map(|n| Vec3::new(n[0], n[1], n[2]).dot(p) + n[3]);
+            let nearest = distances.iter().copied().fold(f32::MAX, f32::min);
+            if nearest.abs() < 1e-3 {
+                continue;
+            }
+            let in_range = clip.x.abs() <= clip.w && clip.y.abs() <= clip.w && clip.z >= 0.0 && clip.z <= clip.w;
+            assert_eq!(nearest > 0.0, in_range, "{p}");
+            *(if in_range { &mut inside } else { &mut outside }) += 1;
+        }
+        assert!(inside > 100 && outside > 100, "{inside} inside, {outside} outside");
+    }
+
+    #[test]
+    fn a_sphere_at_the_focal_length_covers_its_own_radius_in_pixels() {
+        let config = FrameConfig::from_camera(&view());
+        // Half the picture's height is tan(fov / 2) at distance 1.
+        let half_height = libm::tanf(0.45);
+        assert!((config.focal_px * half_height - 360.0).abs() < 1e-2);
+    }
+
+    #[test]
+    fn an_alpha_below_one_counts_as_one_and_an_infinite_far_plane_holds_everything() {
+        for alpha in [0.0, -3.0, f32::NAN] {
+            assert_eq!(FrameConfig::from_camera(&FrameView { alpha, ..view() }).inverse_alpha, 1.0);
+        }
+        let infinite = glam::camera::rh::proj::directx::perspective_infinite(0.9, 1.5, 0.1);
+        let config = FrameConfig::from_camera(&FrameView { clip_from_world: infinite, ..view() });
+        let far = Vec3::new(0.0, 0.0, -1e9);
+        let plane = config.planes[5];
+        assert!(Vec3::new(plane[0], plane[1], plane[2]).dot(far) + plane[3] >= 0.0);
+    }
+
+    #[test]
+    fn rays_go_through_the_points_they_belong_to() {
+        let view = view();
+        let draw = DrawConfig::new(&view.clip_from_world, 640, 360, 64);
+        let direction = Vec3::from(draw.ray_x) * 0.3 + Vec3::from(draw.ray_y) * -0.7 + Vec3::from(draw.ray_w);
+        let clip = view.clip_from_world * (view.eye + direction * 7.0).extend(1.0);
+        assert!((clip.x / clip.w - 0.3).abs() < 1e-4 && (clip.y / clip.w + 0.7).abs() < 1e-4);
+        assert_eq!(DrawConfig::new(&Mat4::ZERO, 1, 1, 1).ray_w, [0.0; 3]);
+    }
+}

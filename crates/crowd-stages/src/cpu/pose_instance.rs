@@ -99,3 +99,69 @@ fn skin_matrix(palette: &[Vec4], vertex: &VertexRecord) -> [Vec4; 3] {
     }
     rows
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crowd_pack::{CharacterRecord, encode_normal};
+
+    fn clip(frame_count: u32, duration_s: f32) -> ClipRecord {
+        ClipRecord { frame_count, duration_s, ..Default::default() }
+    }
+
+    #[test]
+    fn time_and_phase_choose_two_frames_and_a_share() {
+        let five = clip(5, 2.0);
+        assert_eq!(frame_pair(&five, 0.0, 0.0), FramePair { first: 0, second: 1, blend: 0.0 });
+        assert_eq!(frame_pair(&five, 0.5, 0.25), FramePair { first: 1, second: 2, blend: 0.5 });
+        // Two seconds a turn: 4.75 s is 0.75 s into the third.
+        assert_eq!(frame_pair(&five, 0.5, 4.25), FramePair { first: 1, second: 2, blend: 0.5 });
+        // Before the start it counts backwards.
+        assert_eq!(frame_pair(&five, 0.0, -0.25), FramePair { first: 3, second: 4, blend: 0.5 });
+    }
+
+    #[test]
+    fn a_single_pose_has_no_time() {
+        let still = FramePair { first: 0, second: 0, blend: 0.0 };
+        assert_eq!(frame_pair(&clip(1, 2.0), 0.3, 9.0), still);
+        assert_eq!(frame_pair(&clip(5, 0.0), 0.3, 9.0), still);
+        assert_eq!(frame_pair(&clip(0, 1.0), 0.3, 9.0), still);
+    }
+
+    /// One vertex a metre up, half on a joint that stays and half on one that moves 2 m along x within the clip.
+    fn arm() -> CrowdData {
+        let shifted = |x: f32| [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        let frames = [[shifted(0.0), shifted(0.0)], [shifted(0.0), shifted(2.0)]];
+        CrowdData {
+            characters: vec![CharacterRecord { vertex_count: 1, joint_count: 2, clip_count: 1, ..Default::default() }],
+            vertices: vec![VertexRecord {
+                position: [0.0, 1.0, 0.0],
+                normal_oct: encode_normal([0.0, 0.0, 1.0]),
+                joints: [1 << 16, 0],
+                weights: [32_768 | (32_767 << 16), 0],
+                ..Default::default()
+            }],
+            collapse_map: vec![0],
+            clips: vec![clip(2, 1.0)],
+            animation: frames.as_flattened().as_flattened().to_vec(),
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn a_vertex_follows_its_joints_by_weight_and_the_frames_by_time() {
+        let choice = LodChoice { vertex_count: 1, triangle_count: 0 };
+        let turned = InstanceRecord {
+            position: [10.0, 0.0, 0.0],
+            yaw_rad: std::f32::consts::FRAC_PI_2,
+            scale: 2.0,
+            ..Default::default()
+        };
+        let posed = pose_instance(&arm(), &turned, choice, 0.5);
+        // Half the way of half the weight is 0.5 m along x; a quarter turn from +Z to +X takes +X to -Z; twice the size.
+        let [x, y, z] = posed.positions[0];
+        assert!((x - 10.0).abs() < 1e-4 && (y - 2.0).abs() < 1e-4 && (z + 1.0).abs() < 1e-3, "{x} {y} {z}");
+        let [x, y, z] = posed.normals[0];
+        assert!((x - 1.0).abs() < 1e-4 && y.abs() < 1e-4 && z.abs() < 1e-4, "{x} {y} {z}");
+    }
+}
