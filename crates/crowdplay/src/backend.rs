@@ -42,9 +42,11 @@ pub fn find_gpu(plan: &MachinePlan, talk: &mut Talk<'_>) -> Result<Option<Gpu>> 
     }
 }
 
-/// The budget when the user gave none.
-pub fn usual_budget(gpu: Option<&Gpu>) -> u32 {
-    if gpu.is_some_and(|gpu| !gpu.is_software()) { GPU_BUDGET } else { SOFTWARE_BUDGET }
+/// The budget when the user gave none: what the machine draws swiftly, but not less than the crowd's coarsest levels.
+/// Those are drawn whatever the budget, and with nothing to spare the near ones would be as coarse as the far ones.
+pub fn usual_budget(gpu: Option<&Gpu>, crowd: &Crowd) -> u32 {
+    let swift = if gpu.is_some_and(|gpu| !gpu.is_software()) { GPU_BUDGET } else { SOFTWARE_BUDGET };
+    u32::try_from(crowd.summary.vertices_least).unwrap_or(u32::MAX).max(swift)
 }
 
 impl Backend {

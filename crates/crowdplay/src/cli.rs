@@ -65,11 +65,17 @@ pub struct Args {
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', help_heading = "Crowd")]
     pub clips: Vec<String>,
 
+    /// Metres a character is shown high: 1.8 for all, ada=1.8,... for some, `source` for all as baked [default: as
+    /// baked, but one of 20 m and more is taken to be in centimetres]
+    #[arg(long, value_name = "M|NAME=M,...", value_delimiter = ',', help_heading = "Crowd")]
+    pub height: Vec<String>,
+
     /// Draws another crowd of the same kind
     #[arg(long, default_value_t = 1, help_heading = "Crowd")]
     pub seed: u32,
 
-    /// Vertices for a whole frame, the papers' N [default: 1000000, on software adapters and --backend cpu 300000]
+    /// Vertices for a whole frame, the papers' N [default: 1000000, on software adapters and --backend cpu 300000, and
+    /// not less than the coarsest levels of the whole crowd]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Level of detail")]
     pub budget: Option<u32>,
 

@@ -1,6 +1,6 @@
 //! From a pack to the instances of a crowd: who, where, with which clip.
 
-use crate::plan::{ClipPlan, CrowdPlan, LayoutPlan};
+use crate::plan::{ClipPlan, CrowdPlan, HeightPlan, LayoutPlan};
 use crate::view::read_text;
 use crate::{Error, Result, stats};
 use crowd_pack::{ManifestCharacter, Pack};
@@ -63,9 +63,8 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
     let characters = choose_characters(manifest, &plan.characters)?;
     let mut remarks = Vec::new();
     let clips = choose_clips(manifest, &characters, &plan.clips, &mut remarks)?;
-    let kinds: Vec<Kind> =
-        characters.iter().zip(&clips).map(|(&character, clips)| kind(&data, character, clips)).collect();
-    warn_of_unequal_heights(&data, manifest, &characters, &mut remarks);
+    let factors = choose_factors(&data, manifest, &characters, &plan.height, &mut remarks)?;
+    let kinds: Vec<Kind> = (0..characters.len()).map(|k| kind(&data, characters[k], &clips[k], factors[k])).collect();
 
     let (placed, spacing_m) = match &plan.layout {
         LayoutPlan::Named(layout) => {
@@ -81,7 +80,7 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
             InstanceRecord {
                 position: one.position.to_array(),
                 yaw_rad: one.yaw_rad,
-                scale: one.scale,
+                scale: one.scale * factors[one.character as usize],
                 character,
                 clip: data.characters[character as usize].clip_offset + one.clip,
                 phase_s: one.phase_s,
@@ -141,6 +140,8 @@ fn choose_clips(
         }
     }
     let mut chosen = Vec::with_capacity(characters.len());
+    // What is said of the choice, and of whom: characters of one rig choose alike.
+    let mut partial: Vec<(String, Vec<&str>)> = Vec::new();
     for &character in characters {
         let names = names_of(character);
         let all = || (0..names.len().max(1) as u32).collect::<Vec<u32>>();
@@ -160,16 +161,16 @@ fn choose_clips(
             }
         };
         if *plan == ClipPlan::Usual && clips.len() < names.len() {
-            remarks.push(format!(
-                "{}: plays {} of {} clips: {} (--clips all for all)",
-                manifest[character as usize].name,
-                clips.len(),
-                names.len(),
-                list(clips.iter().map(|&c| names[c as usize]))
-            ));
+            let some = list(clips.iter().map(|&c| names[c as usize]));
+            let sentence = format!("of {} clips {} (--clips all for all)", names.len(), some);
+            match partial.iter_mut().find(|(said, _)| *said == sentence) {
+                Some((_, who)) => who.push(&manifest[character as usize].name),
+                None => partial.push((sentence, vec![&manifest[character as usize].name])),
+            }
         }
         chosen.push(clips);
     }
+    remarks.extend(partial.into_iter().map(|(sentence, who)| format!("{}: {sentence}", list(who))));
     Ok(chosen)
 }
 
@@ -187,9 +188,9 @@ fn named(names: &[&str], word: &str) -> Vec<u32> {
 /// ground and going forward; never a T-pose if there is anything else.
 fn usual_clips(names: &[&str]) -> Vec<u32> {
     const USUAL: [&str; 3] = ["idle", "walk", "run"];
-    const UNUSUAL: [&str; 17] = [
-        "jump", "lie", "lying", "sit", "fall", "death", "dead", "swim", "climb", "crawl", "back", "strafe", "left",
-        "right", "fly", "attack", "hold",
+    const UNUSUAL: [&str; 22] = [
+        "melee", "aim", "shoot", "block", "gun", "jump", "lie", "lying", "sit", "fall", "death", "dead", "swim",
+        "climb", "crawl", "back", "strafe", "left", "right", "fly", "attack", "hold",
     ];
     let lower: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
     let pick = |rule: &dyn Fn(&str) -> bool| -> Vec<u32> {
@@ -208,57 +209,75 @@ fn usual_clips(names: &[&str]) -> Vec<u32> {
     choices.into_iter().chain([moving]).find(|found| !found.is_empty()).unwrap_or(all)
 }
 
-fn kind(data: &CrowdData, character: u32, clips: &[u32]) -> Kind {
+fn kind(data: &CrowdData, character: u32, clips: &[u32], factor: f32) -> Kind {
     let record = &data.characters[character as usize];
     let durations =
         (0..record.clip_count.max(1)).map(|i| data.clips[(record.clip_offset + i) as usize].duration_s).collect();
-    Kind { footprint_m: footprint_m(data, character, clips), clip_durations_s: durations }
+    Kind { footprint_m: factor * footprint_m(data, character, clips), clip_durations_s: durations }
 }
 
-/// Radius on the ground that holds the coarsest level at the start and in the middle of the clips that play.
+/// Radius on the ground that holds nine tenths of the coarsest level's vertices at the start and in the middle of the
+/// clips that play: the body, not the tip of its sword.
 fn footprint_m(data: &CrowdData, character: u32, clips: &[u32]) -> f32 {
     let record = &data.characters[character as usize];
     let choice = LodChoice { vertex_count: record.min_vertex_count, triangle_count: record.min_triangle_count };
-    let mut greatest = 0.0f32;
+    let mut greatest = 0.01f32;
     for &clip in clips.iter().take(8) {
         let clip = record.clip_offset + clip;
         let instance = InstanceRecord { scale: 1.0, character, clip, ..Default::default() };
         for time_s in [0.0, 0.5 * data.clips[clip as usize].duration_s] {
             let posed = cpu::pose_instance(data, &instance, choice, time_s);
-            for [x, _, z] in posed.positions {
-                greatest = greatest.max((x * x + z * z).sqrt());
-            }
+            let mut radii: Vec<f32> = posed.positions.iter().map(|&[x, _, z]| (x * x + z * z).sqrt()).collect();
+            radii.sort_by(f32::total_cmp);
+            greatest = radii.get(radii.len() * 9 / 10).copied().unwrap_or(0.0).max(greatest);
         }
     }
-    greatest.max(0.01)
+    greatest
 }
 
-/// Room for everyone: an arm's length between the widest.
+/// Room for everyone: a little between the widest.
 fn usual_spacing(kinds: &[Kind]) -> f32 {
     let widest = kinds.iter().map(|kind| kind.footprint_m).fold(0.01, f32::max);
-    2.2 * widest
+    2.1 * widest
 }
 
-fn warn_of_unequal_heights(
+/// From this height on a character is taken to be drawn in centimetres: no building, no dinosaur walks in a crowd.
+const CENTIMETRES_FROM_M: f32 = 20.0;
+
+/// The factor each character is shown with.
+fn choose_factors(
     data: &CrowdData,
     manifest: &[ManifestCharacter],
     characters: &[u32],
+    plan: &HeightPlan,
     remarks: &mut Vec<String>,
-) {
-    let height = |&c: &u32| data.characters[c as usize].height_m;
-    let by_height = |a: &&u32, b: &&u32| height(a).total_cmp(&height(b)).then(a.cmp(b));
-    let (Some(tall), Some(small)) = (characters.iter().max_by(by_height), characters.iter().min_by(by_height)) else {
-        return;
-    };
-    if height(tall) > 10.0 * height(small) {
-        remarks.push(format!(
-            "{} is {:.2} m high, {} {:.2} m: one of them may be in other units; bake it with a scale, or choose with --characters",
-            manifest[*tall as usize].name,
-            height(tall),
-            manifest[*small as usize].name,
-            height(small)
-        ));
+) -> Result<Vec<f32>> {
+    let names = || characters.iter().map(|&c| manifest[c as usize].name.as_str());
+    if let HeightPlan::Named(some) = plan
+        && let Some((unknown, _)) = some.iter().find(|(name, _)| !names().any(|n| n.eq_ignore_ascii_case(name)))
+    {
+        return Err(Error::Parameter { option: "--height", found: unknown.clone(), allowed: list(names()) });
     }
+    let mut factors = Vec::with_capacity(characters.len());
+    for (&character, name) in characters.iter().zip(names()) {
+        let baked_m = data.characters[character as usize].height_m;
+        let asked_m = match plan {
+            HeightPlan::All(metres) => Some(*metres),
+            HeightPlan::Named(some) => some.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|&(_, m)| m),
+            HeightPlan::Usual | HeightPlan::Source => None,
+        };
+        factors.push(match asked_m {
+            Some(metres) if baked_m > 0.0 => metres / baked_m,
+            None if *plan != HeightPlan::Source && baked_m >= CENTIMETRES_FROM_M => {
+                remarks.push(format!(
+                    "{name}: {baked_m:.1} m high as baked, taken for centimetres and shown at 1/100 (--height source for as baked)"
+                ));
+                0.01
+            }
+            _ => 1.0,
+        });
+    }
+    Ok(factors)
 }
 
 fn bounds(data: &CrowdData, instances: &[InstanceRecord]) -> Bounds {
@@ -297,6 +316,7 @@ fn summary(
             .flat_map(|(&c, clips)| clips.iter().map(move |&i| clip_name(c, i)))
             .collect(),
         vertices_full: instances.iter().map(|one| u64::from(of(one).vertex_count)).sum(),
+        vertices_least: instances.iter().map(|one| u64::from(of(one).min_vertex_count)).sum(),
         triangles_full: instances.iter().map(|one| u64::from(of(one).triangle_count)).sum(),
         spacing_m,
         seed,

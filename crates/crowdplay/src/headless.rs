@@ -22,7 +22,7 @@ pub fn render(
 ) -> Result<Report> {
     let viewer = Viewer::open(&plan.camera, crowd)?;
     let gpu = backend::find_gpu(&plan.machine, talk)?;
-    let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref()));
+    let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref(), crowd));
     let samples = plan.machine.samples.unwrap_or(4);
     let mut backend = Backend::new(gpu, crowd, plan.size, samples, budget)?;
     let mut frames = Vec::new();

@@ -45,6 +45,8 @@ pub struct CrowdPlan {
     pub characters: Vec<String>,
     /// Which clips.
     pub clips: ClipPlan,
+    /// How high they are shown.
+    pub height: HeightPlan,
     /// Of the hash that deals out characters, clips and phases.
     pub seed: u32,
     /// Largest texture side, pixels.
@@ -71,10 +73,23 @@ pub enum ClipPlan {
     Named(Vec<String>),
 }
 
+/// How high characters are shown.
+#[derive(Debug, Clone, PartialEq)]
+pub enum HeightPlan {
+    /// As baked, except for those that must be in centimetres.
+    Usual,
+    /// As baked.
+    Source,
+    /// All so many metres.
+    All(f32),
+    /// Some by name, metres; the others as usual.
+    Named(Vec<(String, f32)>),
+}
+
 /// Level of detail.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetailPlan {
-    /// Vertices a frame; `None`: [`GPU_BUDGET`] or [`SOFTWARE_BUDGET`].
+    /// Vertices a frame; `None`: [`GPU_BUDGET`] or [`SOFTWARE_BUDGET`], and at least the crowd's coarsest levels.
     pub budget: Option<u32>,
     /// Exponent of the split.
     pub alpha: f32,
@@ -252,6 +267,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
             spacing_m: args.spacing,
             characters: args.characters.clone(),
             clips: clips(&args.clips),
+            height: height(&args.height)?,
             seed: args.seed,
             texture_side: args.texture_side,
         },
@@ -297,6 +313,29 @@ fn clips(words: &[String]) -> ClipPlan {
         [] => ClipPlan::Usual,
         [all] if all.eq_ignore_ascii_case("all") => ClipPlan::All,
         names => ClipPlan::Named(names.to_vec()),
+    }
+}
+
+fn height(words: &[String]) -> Result<HeightPlan> {
+    let refused = |word: &str| Error::Parameter {
+        option: "--height",
+        found: word.to_owned(),
+        allowed: "metres from 0.01 to 1000, NAME=metres, or source".to_owned(),
+    };
+    let metres = |word: &str, text: &str| {
+        text.trim().parse().ok().filter(|m| (0.01..=1000.0).contains(m)).ok_or_else(|| refused(word))
+    };
+    match words {
+        [] => Ok(HeightPlan::Usual),
+        [source] if source.eq_ignore_ascii_case("source") => Ok(HeightPlan::Source),
+        [all] if !all.contains('=') => Ok(HeightPlan::All(metres(all, all)?)),
+        some => {
+            let named = |word: &String| {
+                let (name, text) = word.rsplit_once('=').ok_or_else(|| refused(word))?;
+                Ok((name.to_owned(), metres(word, text)?))
+            };
+            Ok(HeightPlan::Named(some.iter().map(named).collect::<Result<_>>()?))
+        }
     }
 }
 
@@ -375,6 +414,9 @@ mod tests {
             &["--eye", "1,2,3", "--target", "1,2,3"],
             &["--orbit", "0,90,10"],
             &["--layout", "circle"],
+            &["--height", "tall"],
+            &["--height", "0"],
+            &["--height", "a=1,2"],
         ];
         for words in table {
             let error = planned(words).expect_err("these words contradict each other");
@@ -388,6 +430,9 @@ mod tests {
         assert_eq!(plan.show, Show::Window { frames: None });
         assert_eq!(plan.crowd.clips, ClipPlan::Usual);
         assert_eq!(plan.detail.technique, Technique::Reform);
+        let named = HeightPlan::Named(vec![("a".into(), 2.0), ("b=c".into(), 0.5)]);
+        assert_eq!(planned(&["--height", "a=2,b=c=0.5"]).unwrap().crowd.height, named);
+        assert_eq!(planned(&["--height", "1.8"]).unwrap().crowd.height, HeightPlan::All(1.8));
         assert_eq!(planned(&["--layout", "a.toml"]).unwrap().crowd.layout, LayoutPlan::File("a.toml".into()));
     }
 }

@@ -74,6 +74,8 @@ pub struct Crowd {
     pub clips: Vec<String>,
     /// Vertices of all instances at full detail.
     pub vertices_full: u64,
+    /// Vertices of all instances' coarsest levels.
+    pub vertices_least: u64,
     /// Triangles of all instances at full detail.
     pub triangles_full: u64,
     /// Metres between neighbours; 0 from a layout file.

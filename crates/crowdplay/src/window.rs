@@ -182,7 +182,7 @@ impl Running {
         let screen = Screen::new(&gpu, surface, window)?;
 
         let on_cpu = plan.machine.backend == BackendWord::Cpu;
-        let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget((!on_cpu).then_some(&gpu)));
+        let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget((!on_cpu).then_some(&gpu), crowd));
         let full = u32::try_from(crowd.summary.vertices_full).unwrap_or(u32::MAX);
         let mut largest_budget = budget.max(full.min(LARGEST_BUDGET));
         let is_software = on_cpu || gpu.is_software();
