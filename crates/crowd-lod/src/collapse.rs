@@ -143,7 +143,7 @@ impl Run<'_> {
                     for &p in &ring {
                         self.evaluate(p, &mut spokes);
                     }
-                    if self.steps.costs.len() % PROGRESS_STEPS == 0 {
+                    if self.steps.costs.len().is_multiple_of(PROGRESS_STEPS) {
                         progress(self.steps.costs.len() as f32 / self.stamps.len() as f32);
                     }
                 }
