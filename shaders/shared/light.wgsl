@@ -1,15 +1,15 @@
 // Light: the constants and formulas of crowd-raster/src/light.rs; a test compares the constants. Colours are linear.
 
-const SUN_DIRECTION: vec3f = vec3f(0.40, 0.80, 0.4472136);
-const SUN_COLOR: vec3f = vec3f(2.0, 1.9, 1.7);
-const SKY_AMBIENT: vec3f = vec3f(0.46, 0.52, 0.62);
-const GROUND_AMBIENT: vec3f = vec3f(0.26, 0.24, 0.21);
+const SUN_DIRECTION: vec3f = vec3f(0.451129, 0.701757, 0.551380);
+const SUN_COLOR: vec3f = vec3f(2.2, 1.98, 1.62);
+const SKY_AMBIENT: vec3f = vec3f(0.42, 0.49, 0.60);
+const GROUND_AMBIENT: vec3f = vec3f(0.27, 0.24, 0.20);
 const EXPOSURE: f32 = 0.55;
-const SKY_HORIZON: vec3f = vec3f(0.62, 0.72, 0.82);
-const SKY_ZENITH: vec3f = vec3f(0.20, 0.38, 0.68);
-const GROUND: vec3f = vec3f(0.27, 0.27, 0.25);
-const GROUND_LINE: vec3f = vec3f(0.20, 0.20, 0.19);
-const FADE_M: f32 = 180.0;
+const SKY_HORIZON: vec3f = vec3f(0.70, 0.78, 0.86);
+const SKY_ZENITH: vec3f = vec3f(0.15, 0.33, 0.68);
+const GROUND: vec3f = vec3f(0.31, 0.29, 0.245);
+const GROUND_LINE: vec3f = vec3f(0.23, 0.215, 0.18);
+const FADE_M: f32 = 140.0;
 const GROUND_Y_M: f32 = -0.02;
 const LINE_WIDTH_M: f32 = 0.03;
 const LINE_STRENGTH: f32 = 0.55;

@@ -21,25 +21,25 @@
 use glam::Vec3;
 
 /// Towards the sun, unit length.
-pub const SUN_DIRECTION: [f32; 3] = [0.40, 0.80, 0.447_213_6];
+pub const SUN_DIRECTION: [f32; 3] = [0.451_129, 0.701_757, 0.551_380];
 /// Linear radiance of the sun.
-pub const SUN_COLOR: [f32; 3] = [2.0, 1.9, 1.7];
+pub const SUN_COLOR: [f32; 3] = [2.2, 1.98, 1.62];
 /// Linear ambient from above.
-pub const SKY_AMBIENT: [f32; 3] = [0.46, 0.52, 0.62];
+pub const SKY_AMBIENT: [f32; 3] = [0.42, 0.49, 0.60];
 /// Linear ambient from below.
-pub const GROUND_AMBIENT: [f32; 3] = [0.26, 0.24, 0.21];
+pub const GROUND_AMBIENT: [f32; 3] = [0.27, 0.24, 0.20];
 /// Reflected share: colour = base * (ambient + sun * max(0, n.l)) * EXPOSURE.
 pub const EXPOSURE: f32 = 0.55;
 /// Linear sky at the horizon.
-pub const SKY_HORIZON: [f32; 3] = [0.62, 0.72, 0.82];
+pub const SKY_HORIZON: [f32; 3] = [0.70, 0.78, 0.86];
 /// Linear sky overhead.
-pub const SKY_ZENITH: [f32; 3] = [0.20, 0.38, 0.68];
+pub const SKY_ZENITH: [f32; 3] = [0.15, 0.33, 0.68];
 /// Linear ground.
-pub const GROUND: [f32; 3] = [0.27, 0.27, 0.25];
+pub const GROUND: [f32; 3] = [0.31, 0.29, 0.245];
 /// Linear ground lines, one a metre, stronger each ten.
-pub const GROUND_LINE: [f32; 3] = [0.20, 0.20, 0.19];
+pub const GROUND_LINE: [f32; 3] = [0.23, 0.215, 0.18];
 /// Ground fades into the horizon colour over this distance, metres (1 - exp(-d / this)).
-pub const FADE_M: f32 = 180.0;
+pub const FADE_M: f32 = 140.0;
 /// Height of the drawn ground, metres: a little under the feet, so that soles do not flicker in it.
 pub const GROUND_Y_M: f32 = -0.02;
 /// Width of the line drawn each metre, metres.

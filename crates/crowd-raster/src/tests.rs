@@ -22,12 +22,7 @@ struct Mesh {
 
 impl Mesh {
     fn new(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
-        Self {
-            positions: positions.to_vec(),
-            triangles: triangles.to_vec(),
-            materials: vec![UNLIT],
-            ..Self::default()
-        }
+        Self { positions: positions.to_vec(), triangles: triangles.to_vec(), materials: vec![UNLIT], ..Self::default() }
     }
 
     fn batch(&self) -> Batch<'_> {
@@ -155,10 +150,8 @@ fn nearer_wins_in_either_order_and_the_first_of_equals_stays() {
 fn attributes_are_perspective_correct() {
     // A floor seen at a slant: the texture's halfway line is where the world's is, not halfway on the screen.
     let view = perspective_view(Vec3::new(0.0, 1.0, 1.0), Vec3::new(0.0, 0.0, -3.0), 1.0);
-    let mut mesh = Mesh::new(
-        &[[-3.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 0.0, -12.0], [-3.0, 0.0, -12.0]],
-        &[[0, 1, 2], [0, 2, 3]],
-    );
+    let mut mesh =
+        Mesh::new(&[[-3.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 0.0, -12.0], [-3.0, 0.0, -12.0]], &[[0, 1, 2], [0, 2, 3]]);
     mesh.colors = vec![BLACK, BLACK, WHITE, WHITE];
     mesh.fill = Fill::VertexColor;
     let mut target = Target::new(200, 200, [9; 4]);
@@ -194,14 +187,11 @@ fn a_floor_that_passes_under_the_eye_is_clipped_not_folded() {
 
 #[test]
 fn texels_below_the_cutoff_are_holes() {
-    let mut mesh = Mesh::new(
-        &[[-1.0, -1.0, 0.5], [1.0, -1.0, 0.5], [1.0, 1.0, 0.5], [-1.0, 1.0, 0.5]],
-        &[[0, 1, 2], [0, 2, 3]],
-    );
+    let mut mesh =
+        Mesh::new(&[[-1.0, -1.0, 0.5], [1.0, -1.0, 0.5], [1.0, 1.0, 0.5], [-1.0, 1.0, 0.5]], &[[0, 1, 2], [0, 2, 3]]);
     mesh.uvs = vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
-    mesh.textures = vec![Texture {
-        mips: vec![Mip { width: 2, height: 1, texels: vec![[255, 0, 0, 0], [255, 0, 0, 255]] }],
-    }];
+    mesh.textures =
+        vec![Texture { mips: vec![Mip { width: 2, height: 1, texels: vec![[255, 0, 0, 0], [255, 0, 0, 255]] }] }];
     mesh.materials[0] = Material { texture: Some(0), alpha_cutoff: 0.5, ..UNLIT };
     let picture = covered(&mesh, &FLAT_VIEW, 8, 8);
     for (i, &covered) in picture.iter().enumerate() {
@@ -278,15 +268,18 @@ fn the_picture_depends_neither_on_threads_nor_on_batches() {
 }
 
 #[test]
+#[cfg_attr(not(target_arch = "x86_64"), ignore = "glam adds the terms of a product in another order on other machines")]
 fn the_scene_is_still_the_golden_one() {
     // FNV-1a over the colours. It moves when a formula, a constant of `light` or the rounding of an operation does.
-    let hash = draw_scene(&[scattered_scene().batch()]).color.iter().flatten().fold(0xcbf2_9ce4_8422_2325, |h, &byte| {
-        (h ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3_u64)
-    });
+    let hash = draw_scene(&[scattered_scene().batch()])
+        .color
+        .iter()
+        .flatten()
+        .fold(0xcbf2_9ce4_8422_2325, |h, &byte| (h ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3_u64));
     assert_eq!(hash, GOLDEN, "{hash:#018x}");
 }
 
-const GOLDEN: u64 = 0;
+const GOLDEN: u64 = 0x7adf_c518_f171_d599;
 
 #[test]
 fn broken_batches_are_passed_over() {

@@ -97,7 +97,7 @@ pub fn frame_crowd(instances: &[Instance], height_m: f32, aspect: f32) -> Camera
     let eye = Vec3::new(middle_x, low.y + eye_height, high.z + distance);
     let reach = distance + depth * 0.5 + 1.0;
     // Eyes a little to the side see bodies, not only a wall of faces.
-    let side = 0.18 * (distance + 0.15 * depth);
+    let side = 0.18 * (distance + 0.15 * depth) * side_of_the_faces(instances, middle_x);
     let eye = eye + Vec3::new(side, 0.0, 0.0);
     let target = Vec3::new(middle_x, eye.y - pitch_tan * reach, eye.z - reach);
     Camera {
@@ -107,6 +107,17 @@ pub fn frame_crowd(instances: &[Instance], height_m: f32, aspect: f32) -> Camera
         near_m: (height * 0.06).min(0.1),
         far_m: (3.0 * (depth + width)).max(600.0),
     }
+}
+
+/// -1 where those who look at the camera (+Z) stand on the left (-X), as in a street of two streams; else 1.
+fn side_of_the_faces(instances: &[Instance], middle_x: f32) -> f32 {
+    let (mut balance, mut spread) = (0.0_f64, 0.0_f64);
+    for instance in instances.iter().filter(|instance| instance.position.is_finite() && instance.yaw_rad.is_finite()) {
+        let away = f64::from(instance.position.x - middle_x);
+        balance += away * f64::from(libm::cosf(instance.yaw_rad));
+        spread += away.abs();
+    }
+    if balance < -0.3 * spread { -1.0 } else { 1.0 }
 }
 
 /// Smallest and largest position; those not finite are passed over.
@@ -184,6 +195,13 @@ mod tests {
                 assert!(visible as f32 >= 0.4 * count as f32, "{layout:?} {count}: {visible} visible");
             }
         }
+    }
+
+    #[test]
+    fn a_street_is_seen_from_the_side_of_those_who_come() {
+        let kinds = [Kind { footprint_m: 0.45, clip_durations_s: vec![1.0] }];
+        let eye_x = |layout| framing_crowd(&place(layout, 500, 1.2, &kinds, &[], 1), &kinds, 1.6).eye.x;
+        assert!(eye_x(Layout::Street) < -0.5 && eye_x(Layout::Ranks) > 0.5 && eye_x(Layout::Grid) > 0.5);
     }
 
     #[test]
