@@ -1,5 +1,6 @@
 //! The player as a person or a script meets it: words in; pictures, reports, exit codes and talk out.
 
+mod baked;
 mod compare;
 mod figures;
 mod pictures;

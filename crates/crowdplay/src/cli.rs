@@ -60,7 +60,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', help_heading = "Crowd")]
     pub characters: Vec<String>,
 
-    /// Clips to play, by name or part of a name; `all` for all [default: all, or of a character with more than four
+    /// Clips to play, by name or part of a name; `all` for all [default: all, or of a character with more than three
     /// those called idle, walk or run]
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', help_heading = "Crowd")]
     pub clips: Vec<String>,

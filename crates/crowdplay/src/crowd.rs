@@ -203,7 +203,7 @@ fn usual_clips(names: &[&str]) -> Vec<u32> {
     };
     let usual = |name: &str| USUAL.iter().any(|word| name.contains(word)) && !pose(name);
     let calm = |name: &str| usual(name) && !UNUSUAL.iter().any(|word| name.contains(word));
-    let choices = if names.len() > 4 { [pick(&calm), pick(&usual)] } else { [Vec::new(), Vec::new()] };
+    let choices = if names.len() > 3 { [pick(&calm), pick(&usual)] } else { [Vec::new(), Vec::new()] };
     let moving = pick(&|name| !pose(name));
     let all: Vec<u32> = (0..names.len().max(1) as u32).collect();
     choices.into_iter().chain([moving]).find(|found| !found.is_empty()).unwrap_or(all)
@@ -349,6 +349,7 @@ mod tests {
     fn of_few_clips_all_play_but_a_t_pose() {
         assert_eq!(chosen(&["Survey", "Walk", "Run"]), ["Survey", "Walk", "Run"]);
         assert_eq!(chosen(&["T_Pose", "Wave"]), ["Wave"]);
+        assert_eq!(chosen(&["idle", "run", "sit", "walk"]), ["idle", "run", "walk"], "nobody sits on air");
         assert_eq!(chosen(&["TPose"]), ["TPose"]);
         assert_eq!(usual_clips(&[]), [0]);
     }
