@@ -121,7 +121,7 @@ fn disc_spot(index: u32, spacing: f32, dice: &Dice) -> Spot {
 /// Even numbers walk along +Z on the right of the street's middle (-X), odd ones towards them on the other side.
 fn street_spot(index: u32, count: u32, side: u32, spacing: f32, dice: &Dice) -> Spot {
     let lanes = side.div_ceil(5).max(1);
-    let towards = index % 2 == 0;
+    let towards = index.is_multiple_of(2);
     let place = index / 2;
     let rows = count.div_ceil(2).div_ceil(lanes);
     let (row, lane) = (place / lanes, place % lanes);
