@@ -16,6 +16,8 @@ use std::collections::BinaryHeap;
 /// Share of the squared edge length added to the mean squared distance when ranking: where the surface is flat, short
 /// edges go first and triangles stay even. Too small to matter anywhere else.
 const LENGTH_SHARE: f32 = 1.0e-5;
+/// Triangles at a hub that are searched for a variant to stand in; there is always one at hand to fall back on.
+const SEARCHED_TRIANGLES: usize = 256;
 /// Collapses between two calls of `progress`.
 const PROGRESS_STEPS: usize = 512;
 
@@ -264,7 +266,8 @@ impl Run<'_> {
                     .iter()
                     .find(|&&(from, _)| wedge(from) == wedge(v))
                     .expect("the wedge test found an image for every wedge");
-                let group = self.topology.around(t).map(|i| at(i, t)).filter(|&to| wedge(to) == wedge(on_target));
+                let around = self.topology.around(t).take(SEARCHED_TRIANGLES).map(|i| at(i, t));
+                let group = around.filter(|&to| wedge(to) == wedge(on_target)).chain([on_target]);
                 self.closest(v, group)
             });
             images.push((v, image.expect("the image wedge has a variant in a triangle on the edge")));
@@ -297,10 +300,10 @@ impl Run<'_> {
             }
             let p = self.split.position_of(v);
             let wedge = self.split.variant_wedge[v as usize];
-            let alive = |i: u32| self.topology.triangles[i as usize][self.topology.corner_at(i, p)];
-            let same_wedge =
-                self.topology.around(p).map(alive).filter(|&w| self.split.variant_wedge[w as usize] == wedge);
-            let stand_in = self.closest(v, same_wedge).or_else(|| self.closest(v, self.topology.around(p).map(alive)));
+            let variant = |i: u32| self.topology.triangles[i as usize][self.topology.corner_at(i, p)];
+            let around = || self.topology.around(p).take(SEARCHED_TRIANGLES).map(variant);
+            let same_wedge = around().filter(|&w| self.split.variant_wedge[w as usize] == wedge);
+            let stand_in = self.closest(v, same_wedge).or_else(|| self.closest(v, around()));
             self.steps.dropped.push((v, stand_in.expect("the link condition leaves every neighbour a triangle")));
         }
         for &(from, to) in images {

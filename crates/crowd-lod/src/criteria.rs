@@ -15,6 +15,9 @@ const MIN_TURN_COS: f32 = 0.1;
 const MIN_UV_WIDTH: f64 = 2.0 / 1024.0;
 /// Positions with more triangles stay until they have fewer: to move a hub would make a fan of slivers, slowly.
 pub(crate) const MAX_MOVED_VALENCE: usize = 128;
+/// Two neighbours that both have more triangles than this are not asked whether they meet, which would take their product's
+/// time on a hostile mesh: the collapse is refused.
+const MAX_SCANNED_VALENCE: usize = 512;
 
 /// Why a collapse is not allowed; later members were reached only by passing the earlier ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -147,6 +150,9 @@ impl Rules {
         };
         let opposites = [opposite(0), opposite(1)];
         for spoke in spokes.iter().filter(|s| s.to != t) {
+            if topology.valence(spoke.to).min(topology.valence(t)) > MAX_SCANNED_VALENCE {
+                return Err(Obstacle::Topology);
+            }
             let count_at_target = topology.edge_triangle_count(spoke.to, t);
             if !opposites.contains(&spoke.to) {
                 if count_at_target > 0 {

@@ -287,6 +287,16 @@ fn hub_with_many_triangles_is_quick() {
     assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
 }
 
+/// Two hubs over one ring, each with as many wedges as triangles.
+#[test]
+fn two_hubs_with_many_wedges_are_quick() {
+    let mesh = uv_sphere(30_000, 2);
+    let start = std::time::Instant::now();
+    let order = simplify(&mesh.mesh(), &TestPoses::rest().poses(), &quick(), &|_| ()).expect("a valid mesh");
+    assert!(order.levels[0].triangle_count < 2_000, "{:?} {:?}", order.levels[0], order.blocked);
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}
+
 #[test]
 fn wrong_parameters_are_refused_by_name() {
     let good = grid(2, 2, |_, _| 0.0, |_, _| false);
