@@ -313,10 +313,10 @@ fn add_ears_and_more(shape: &mut Shape, kind: Kind, list: &[Ring]) {
         p + n * out
     };
     let first = if kind == Kind::Zebra { 7 } else { 8 };
-    let path: Vec<(Vec3, f32, f32)> = (first..=13)
+    let path: Vec<(Vec3, f32, f32)> = (first..=12)
         .map(|k| {
-            let t = (k - first) as f32 / 6.0;
-            let high = (0.028 + 0.038 * smoothstep(0.0, 0.3, t)) * if k == 13 { 0.6 } else { 1.0 };
+            let t = (k - first) as f32 / 5.0;
+            let high = (0.028 + 0.038 * smoothstep(0.0, 0.3, t)) * if k == 12 { 0.75 } else { 1.0 };
             (crest(k, high * 0.35), 0.020, high)
         })
         .collect();
@@ -664,17 +664,17 @@ fn graze(joints: &[Joint], kind: Kind, p: f32) -> Pose {
     let mut pose = Pose::rest(joints);
     let down = smoothstep(0.02, 0.26, p) * smoothstep(0.98, 0.76, p);
     let munch = down * wave(5.0 * p);
-    pose.root = vec3(0.0, -0.015 - 0.03 * down, -0.03 * down);
+    pose.root = vec3(0.0, -0.015 - 0.05 * down, -0.03 * down);
     pose.rotations[joint::SPINE + 1] = turn(Vec3::X, 3.0 * down);
-    pose.rotations[joint::CHEST] = turn(Vec3::X, 5.0 * down);
-    let bend = if kind == Kind::Zebra { [42.0, 32.0, 14.0, 4.0] } else { [36.0, 26.0, 8.0, 0.0] };
+    pose.rotations[joint::CHEST] = turn(Vec3::X, 12.0 * down);
+    let bend = if kind == Kind::Zebra { [50.0, 36.0, 14.0, 2.0] } else { [42.0, 30.0, 8.0, 0.0] };
     for (n, b) in bend.into_iter().enumerate() {
         pose.rotations[joint::NECK + n] = turn(Vec3::X, b * down) * turn(Vec3::Y, 3.0 * down * libm::sinf(TAU * 2.0 * p));
     }
-    pose.rotations[joint::HEAD] = turn(Vec3::X, -34.0 * down + 2.0 * munch);
+    pose.rotations[joint::HEAD] = turn(Vec3::X, -30.0 * down + 2.0 * munch);
     pose.rotations[joint::JAW] = turn(Vec3::X, 3.0 * down + 3.0 * munch);
     tail_and_ears(&mut pose, 2.0 * p, 1.0);
-    for (hind, side, z) in [(true, 0, 0.03), (true, 1, -0.05), (false, 0, 0.12), (false, 1, -0.10)] {
+    for (hind, side, z) in [(true, 0, 0.03), (true, 1, -0.05), (false, 0, 0.20), (false, 1, -0.14)] {
         put_hoof(&mut pose, joints, hind, side, z, 0.0, 0.0);
     }
     pose

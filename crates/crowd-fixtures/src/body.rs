@@ -203,10 +203,10 @@ impl Figure {
                 (1.0, 0.0),
             ]),
             leg_radius: Profile::new(&[
-                (0.0, 0.060),
-                (0.1, 0.058),
-                (0.22, 0.0525),
-                (0.34, 0.0455),
+                (0.0, 0.053),
+                (0.1, 0.0525),
+                (0.22, 0.0485),
+                (0.34, 0.0435),
                 (0.44, 0.039),
                 (0.5, 0.0375),
                 (0.56, 0.0355),
@@ -216,10 +216,10 @@ impl Figure {
                 (1.0, 0.0215),
             ]),
             arm_u: Profile::new(&[
-                (0.0, 0.037),
-                (0.10, 0.0355),
-                (0.2, 0.0315),
-                (0.36, 0.029),
+                (0.0, 0.034),
+                (0.10, 0.0325),
+                (0.2, 0.0295),
+                (0.36, 0.0275),
                 (0.48, 0.0255),
                 (0.54, 0.0255),
                 (0.6, 0.0265),
@@ -230,9 +230,9 @@ impl Figure {
                 (1.22, 0.0105),
             ]),
             arm_z: Profile::new(&[
-                (0.0, 0.034),
-                (0.2, 0.0325),
-                (0.36, 0.030),
+                (0.0, 0.032),
+                (0.2, 0.0305),
+                (0.36, 0.0285),
                 (0.54, 0.0255),
                 (0.66, 0.026),
                 (0.84, 0.021),
@@ -288,8 +288,8 @@ impl Figure {
 
     /// The left leg's centre line at share `q` (0 crotch height, 1 ankle).
     pub fn leg_at(&self, q: f32) -> Vec3 {
-        let hip = 0.62 * self.width.at(0.0) * mix(1.0, self.build.leg_girth, 0.2);
-        let x = mix(hip.max(0.054), 0.050, smoothstep(-0.2, 1.0, q));
+        let hip = 0.56 * self.width.at(0.0) * mix(1.0, self.build.leg_girth, 0.2);
+        let x = mix(hip.max(0.052), 0.049, smoothstep(-0.2, 1.0, q));
         let z = 0.004 - 0.014 * smoothstep(0.3, 0.8, q);
         Vec3::new(self.m(x), mix(self.m(self.build.crotch), self.m(0.05), q), self.m(z))
     }
@@ -587,7 +587,7 @@ impl Figure {
         let (d, z) = (self.arm_axis(), Vec3::Z);
         let u = Vec3::new(-d.y, d.x, 0.0);
         let rows = if self.build.rows > 1 { 4 } else { 2 };
-        let mut grow = |shape: &mut Shape, base: Vec<u32>, axis: Vec3, length: f32, radius: f32, finger: u16| {
+        let grow = |shape: &mut Shape, base: Vec<u32>, axis: Vec3, length: f32, radius: f32, finger: u16| {
             let centre = base.iter().map(|&i| self.side(side, shape.positions[i as usize])).sum::<Vec3>() / base.len() as f32;
             let (a, b) = (axis.cross(u).normalize(), u);
             let b = (b - axis * axis.dot(b)).normalize();

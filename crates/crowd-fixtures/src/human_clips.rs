@@ -166,7 +166,7 @@ fn walk(joints: &[Joint], m: &Manner, p: f32) -> Pose {
     for side in 0..2 {
         let q = p + 0.5 * side as f32;
         let swing = -24.0 * m.swing * wave(q - 0.04);
-        pose_arm(&mut pose, side, swing + 2.0, m.arms_out, 20.0 + 10.0 * m.swing * (1.0 - wave(q - 0.1)), 4.0);
+        pose_arm(&mut pose, side, swing + 2.0, m.arms_out, 15.0 + 8.0 * m.swing * (1.0 - wave(q - 0.1)), 4.0);
         curl_fingers(&mut pose, side, 20.0);
         let (z, lift, pitch) = walk_foot(q);
         let s = if side == 0 { 1.0 } else { -1.0 };
@@ -223,7 +223,7 @@ fn sit(joints: &[Joint], m: &Manner, p: f32) -> Pose {
     pose.rotations[joint::HEAD] = turn(Vec3::X, -10.0 * bow + 2.0 * a) * turn(Vec3::Y, 14.0 * a * libm::sinf(TAU * 2.0 * p));
     for side in 0..2 {
         let s = if side == 0 { 1.0 } else { -1.0 };
-        pose_arm(&mut pose, side, 2.0 + 34.0 * a + 14.0 * bow, m.arms_out + 3.0 * a, 14.0 + s * 2.0 * (1.0 - a) + 38.0 * a, 6.0 + 10.0 * a);
+        pose_arm(&mut pose, side, 2.0 + 17.0 * a + 20.0 * bow, m.arms_out + 3.0 * a, 14.0 + s * 2.0 * (1.0 - a) + 42.0 * a, 6.0 + 6.0 * a);
         curl_fingers(&mut pose, side, 16.0);
         put_foot(&mut pose, joints, side, Vec3::new(s * 0.02 * a, 0.0, 0.0), 0.0, 0.0);
     }

@@ -118,12 +118,12 @@ pub fn weights(f: &Figure, joints: &[Joint], p: Vec3, what: u16) -> Vec<(usize, 
             let out = (q - shoulder).dot(f.arm_axis()) / h;
             let arm = smoothstep(-0.030, 0.050, out) * smoothstep(0.60, 0.74, (p.y - f.trunk_y(0.0)) / (f.trunk_y(1.0) - f.trunk_y(0.0)));
             let clavicle = smoothstep(0.2, 0.95, q.x / shoulder.x) * smoothstep(f.trunk_y(0.66), f.trunk_y(0.88), p.y) * (1.0 - arm);
-            let (deep, share) = if what == tag::SKIRT { (0.75, 1.0) } else { (1.0, 1.0) };
-            let leg = deep * share * smoothstep(f.trunk_y(0.20), f.trunk_y(if what == tag::SKIRT { -0.25 } else { -0.06 }), p.y);
+            let deep = if what == tag::SKIRT { 0.95 } else { 1.0 };
+            let leg = deep * smoothstep(f.trunk_y(0.20), f.trunk_y(if what == tag::SKIRT { -0.25 } else { -0.06 }), p.y);
             spine_weights(f, &mut w, p, 1.0 - arm - 0.7 * clavicle - leg);
             w[side * joint::RIGHT + joint::UPPER_ARM] += arm;
             w[side * joint::RIGHT + joint::CLAVICLE] += 0.7 * clavicle;
-            let wide = if what == tag::SKIRT { 0.07 } else { 0.028 };
+            let wide = if what == tag::SKIRT { 0.06 } else { 0.028 };
             let left = smoothstep(-wide * h, wide * h, p.x);
             w[joint::THIGH] += leg * left;
             w[joint::THIGH + joint::RIGHT] += leg * (1.0 - left);

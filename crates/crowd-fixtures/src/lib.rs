@@ -5,6 +5,7 @@
 
 pub mod assemble;
 pub mod atlas;
+pub mod bad;
 pub mod beast;
 pub mod body;
 pub mod glb;
@@ -42,6 +43,7 @@ pub fn generate() -> Vec<Fixture> {
         out.push(Fixture { path: format!("good/{name}.regions.png"), bytes: regions });
     }
     out.extend(proofs::proofs());
+    out.extend(bad::refusals());
     out.sort_by(|a, b| a.path.cmp(&b.path));
     out
 }

@@ -88,12 +88,10 @@ fn draw_sheet(args: &Args, name: &str, document: &Document, body: (Vec3, f32), f
             shot(clips[3], 0.5, 50.0, body),
         ],
     ];
-    for (n, shots) in rows.iter().enumerate() {
-        let size = 480;
-        let bytes = preview::sheet(document, shots, size);
-        let path = args.folder.join(format!("{name}_{n}.png"));
-        image::save_buffer(&path, &bytes, (size * shots.len()) as u32, size as u32, image::ExtendedColorType::Rgb8)
-            .map_err(std::io::Error::other)?;
-    }
+    let size = 480;
+    let bytes: Vec<u8> = rows.iter().flat_map(|shots| preview::sheet(document, shots, size)).collect();
+    let (width, height) = ((size * rows[0].len()) as u32, (size * rows.len()) as u32);
+    image::save_buffer(args.folder.join(format!("{name}.png")), &bytes, width, height, image::ExtendedColorType::Rgb8)
+        .map_err(std::io::Error::other)?;
     std::fs::write(args.folder.join(format!("{name}_texture.png")), &document.images[0])
 }

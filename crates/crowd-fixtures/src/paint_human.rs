@@ -224,9 +224,6 @@ fn head(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
             return (if edge { darker(c, 0.85) } else { c }, region::TOP);
         }
     }
-    if s.position.y < f.trunk_y(1.0) + 0.004 {
-        return (darker(look.top.ground(), 0.8), region::TOP);
-    }
     let hairline = Profile::new(&look.hairline);
     if hy > hairline.at(degrees) {
         return (darker(look.hair, 0.82), region::HAIR);
@@ -234,6 +231,9 @@ fn head(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
     let mut c = look.skin;
     // Throat in the shade of the chin, sockets, beside the nose, below the lip.
     c = c.lerp(darker(look.skin, 0.72), 0.75 * smoothstep(0.03, -0.06, hy) * smoothstep(-0.25, 0.15, z));
+    if look.beard > 0.0 {
+        c = c.lerp(beard(look, ax, hy, degrees, s.around), look.beard * beard_share(ax, hy, degrees));
+    }
     if z < 0.0 {
         return (c, region::SKIN);
     }
@@ -266,20 +266,30 @@ fn head(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
             c = c.lerp(darker(look.skin, 0.74), 0.55 * smoothstep(0.24, 0.12, libm::sqrtf(dx * dx + dy * dy)));
         }
     }
-    if look.beard > 0.0 {
-        let cheek = mix(0.24, 0.40, smoothstep(0.12, 0.34, ax));
-        let mouth = bell(x, 0.085) * bell(hy - 0.20, 0.030);
-        let moustache = smoothstep(0.02, 0.0, (hy - 0.252 + 0.5 * ax * ax * 4.0).abs() - 0.012) * smoothstep(0.14, 0.11, ax);
-        let full = smoothstep(cheek + 0.012, cheek - 0.012, hy) * (1.0 - smoothstep(0.45, 0.65, mouth));
-        let full = if hy > 0.225 && ax < 0.10 { moustache } else { full.max(moustache) };
-        let strand = 0.9 + 0.1 * libm::sinf(ax * 260.0 + 9.0 * libm::sinf(hy * 34.0));
-        c = c.lerp(darker(look.hair, 0.9) * strand, look.beard * full);
-    }
     let (c, at) = mouth(look, c, x, hy);
     if at != region::SKIN {
         return (c, at);
     }
     eyes(look, c, x, hy)
+}
+
+/// The beard's colour: strands that run down from the cheek.
+fn beard(look: &Look, ax: f32, hy: f32, degrees: f32, around: f32) -> Vec3 {
+    let strand = libm::sinf(around * 330.0 + 3.0 * libm::sinf(hy * 21.0)) * smoothstep(100.0, 60.0, degrees);
+    look.hair * (0.86 + 0.07 * strand + 0.10 * smoothstep(0.0, 0.25, hy) * smoothstep(0.0, 0.2, ax))
+}
+
+/// How much of the spot the beard covers: jaw, chin and moustache, not the throat, the lips and the upper cheek.
+fn beard_share(ax: f32, hy: f32, degrees: f32) -> f32 {
+    let cheek = mix(0.23, 0.45, smoothstep(0.14, 0.37, ax));
+    let jaw = -0.035 + 0.20 * smoothstep(35.0, 95.0, degrees);
+    let sideburn = smoothstep(100.0, 94.0, degrees);
+    let full = smoothstep(cheek + 0.012, cheek - 0.012, hy) * smoothstep(jaw - 0.012, jaw + 0.012, hy) * sideburn;
+    let bare = bell(ax, 0.085) * bell(hy - 0.20, 0.030);
+    let full = full * (1.0 - smoothstep(0.45, 0.65, bare));
+    let lip = (hy - 0.250 + 1.6 * ax * ax).abs();
+    let moustache = smoothstep(0.030, 0.020, lip) * smoothstep(0.145, 0.12, ax) * smoothstep(90.0, 80.0, degrees);
+    if hy > 0.224 && ax < 0.10 { moustache } else { full.max(moustache) }
 }
 
 fn mouth(look: &Look, c: Vec3, x: f32, hy: f32) -> (Vec3, u8) {
@@ -418,7 +428,10 @@ fn trunk(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
         }
         return (seat(legs), region::LEGWEAR);
     }
-    let mut c = look.top.at(s.position.y, s.around, 1.0);
+    // On top of the shoulders the cloth is measured outwards from the neck, where height hardly changes.
+    let out = libm::sqrtf(s.position.x * s.position.x + s.position.z * s.position.z);
+    let yoke = 0.85 * smoothstep(0.84, 0.97, t) * (0.17 * h - out);
+    let mut c = look.top.at(s.position.y + yoke, s.around, 1.0);
     // Shade below the arms and the bust.
     c = darker(c, 1.0 - 0.12 * bell(s.around.min(1.0 - s.around) - 0.25, 0.05) * bell(t - 0.64, 0.1));
     match look.front {
@@ -476,7 +489,10 @@ fn trunk(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
     if look.collar.is_none() {
         let neck = 0.985 - if front { 0.075 * bell(x, 0.055) } else { 0.0 };
         if t > neck {
-            return (if t < neck + 0.012 { darker(look.top.ground(), 0.8) } else { look.skin }, if t < neck + 0.012 { region::TOP } else { region::SKIN });
+            return (look.skin, region::SKIN);
+        }
+        if t > neck - 0.014 {
+            return (darker(look.top.ground(), 0.78), region::TOP);
         }
     } else if let Some(collar) = look.collar {
         let points = front && t > 0.90 && x.abs() < 0.075 && t > 0.985 - 0.085 * smoothstep(0.075, 0.02, x.abs()) * smoothstep(0.004, 0.02, x.abs());

@@ -275,7 +275,7 @@ fn two_seams() -> Document {
     let uv = |i: usize, j: usize| vec2(i as f32, j as f32) / N as f32 * 0.9 + 0.05;
     let mut top = vec![0_u32; (N + 1) * (N + 1)];
     let mut low = top.clone();
-    let mut push = |p: &mut Primitive, i: usize, j: usize, up: f32, shift: f32| {
+    let push = |p: &mut Primitive, i: usize, j: usize, up: f32, shift: f32| {
         let (x, z) = (place(i), place(j));
         p.positions.push([x, 0.4 + up * height(x, z), z]);
         p.normals.push(vec3(x * 0.4, up * (1.05 - x * x) * (1.05 - z * z), z * 0.4).normalize().to_array());

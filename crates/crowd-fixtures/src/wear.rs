@@ -17,6 +17,8 @@ pub struct HairCut {
     pub thick: (f32, f32),
     /// Height of the locks in heads, and how many there are around.
     pub locks: (f32, f32),
+    /// Below this `hy` hair hangs straight instead of following the head; 0 for short hair.
+    pub hang: f32,
     /// Columns and rows.
     pub columns: usize,
     /// See `columns`.
@@ -36,14 +38,14 @@ pub fn add_hair(shape: &mut Shape, f: &Figure, cut: &HairCut) {
         let lock = libm::sinf(theta * cut.locks.1 + 1.3 * libm::sinf(3.0 * theta + 4.0 * t));
         let extra = mix(cut.thick.1, cut.thick.0, t) + cut.locks.0 * lock * smoothstep(0.0, 0.5, t);
         // Below the ears hair hangs straight instead of following the neck.
-        let follow = hy.max(mix(0.30, 0.42, smoothstep(80.0, 130.0, degrees)));
+        let follow = hy.max(cut.hang * mix(0.7, 1.0, smoothstep(80.0, 130.0, degrees)));
         // Grown out from the middle of the skull, so that the crown stays a dome.
         let middle = Vec3::new(0.0, f.chin_y() + 0.55 * h, f.m_z(-0.02));
         let mut p = middle + (f.head_point(follow, theta, 0.0) - middle) * (1.0 + extra / 0.40);
         if follow > hy {
             p.y = f.chin_y() + hy * h;
         }
-        if hy < 0.1 {
+        if hy < 0.1 && cut.hang > 0.0 {
             p.z -= 0.10 * h * (0.1 - hy) * smoothstep(60.0, 120.0, degrees);
         }
         p
@@ -70,7 +72,7 @@ pub fn add_hair(shape: &mut Shape, f: &Figure, cut: &HairCut) {
         .map(|j| {
             let theta = angle(j);
             let hy = rim_at(theta) + 0.03;
-            let inside = if hy > 0.25 { f.head_point(hy.min(0.97), theta, -0.03) } else { surface(theta, hy, 1.0) * Vec3::new(0.72, 1.0, 0.72) };
+            let inside = if hy > cut.hang.min(0.25) { f.head_point(hy.min(0.97), theta, -0.03) } else { surface(theta, hy, 1.0) * Vec3::new(0.72, 1.0, 0.72) };
             Vec3::new(inside.x, f.chin_y() + hy * h, inside.z)
         })
         .collect();
@@ -141,7 +143,8 @@ pub fn add_ears(shape: &mut Shape, f: &Figure, columns: usize) {
         let ring = |d: f32, ru: f32, rd: f32, drop: f32| -> Vec<Vec3> {
             (0..columns)
                 .map(|j| {
-                    let (s, c) = libm::sincosf(TAU * j as f32 / columns as f32);
+                    // Half a column on, so that a coarse ear ends in an edge instead of a point.
+                    let (s, c) = libm::sincosf(TAU * (j as f32 + 0.5) / columns as f32);
                     let narrow = if c < 0.0 { 0.75 } else { 1.0 };
                     let p = root + (out * d + up * (ru * c + drop) + deep * (rd * s * narrow)) * h;
                     Vec3::new(p.x * side, p.y, p.z)
@@ -189,17 +192,16 @@ pub fn add_skirt(shape: &mut Shape, f: &Figure, skirt: &Skirt) {
     let point = |t: f32, theta: f32, inner: f32| {
         let y = mix(top, hem, t);
         let (s, c) = libm::sincosf(theta);
-        let waist = f.trunk_point(skirt.waist, theta, 0.012 - inner);
+        let waist = f.trunk_point(skirt.waist, theta, 0.018 - inner);
         let open = smoothstep(0.0, 0.32, t) * 0.45 + 0.55 * t;
         let fold = 1.0 + skirt.folds.0 * libm::cosf(theta * skirt.folds.1) * t;
         let wide = Vec3::new(skirt.flare.0 * h * s, 0.0, skirt.flare.1 * h * c - 0.008 * h) * fold;
-        let hip = f.trunk_point(0.12, theta, 0.016);
         let mut p = Vec3::new(waist.x, 0.0, waist.z).lerp(wide * (1.0 - inner * 3.0), open);
-        if y > f.trunk_y(0.0) - 0.03 {
-            // Stays outside the hips.
-            let grow = (Vec3::new(hip.x, 0.0, hip.z).length() / Vec3::new(p.x, 0.0, p.z).length()).max(1.0);
-            p *= mix(1.0, grow, smoothstep(0.0, 0.25, t) * if inner > 0.0 { 0.94 } else { 1.0 });
-        }
+        // Stays outside the belly and the hips.
+        let share = (y - f.trunk_y(0.0)) / (f.trunk_y(1.0) - f.trunk_y(0.0));
+        let under = f.trunk_point(share.max(0.06), theta, 0.018 - 0.5 * inner);
+        let grow = (Vec3::new(under.x, 0.0, under.z).length() / Vec3::new(p.x, 0.0, p.z).length()).max(1.0);
+        p *= mix(1.0, grow, smoothstep(-0.12, 0.0, share));
         p.y = y + if inner > 0.0 { inner } else { 0.0 };
         p
     };
