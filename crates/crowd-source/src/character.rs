@@ -149,7 +149,7 @@ pub struct RawMaterial {
     pub double_sided: bool,
     /// `KHR_materials_unlit`.
     pub unlit: bool,
-    /// The file gives no normals: glTF asks for flat shading, one normal a triangle.
+    /// The file gives no normals: glTF asks for flat shading, one normal a triangle. In OBJ: `s off` and no normals.
     pub flat_normals: bool,
 }
 

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine;
 
+use crate::names::shorten;
 use crate::refusal::Asset;
 use crate::{Error, Result};
 
@@ -165,12 +166,4 @@ impl<'a> Folder<'a> {
 fn strip_data_scheme(uri: &str) -> Option<&str> {
     let scheme = uri.get(..5)?;
     scheme.eq_ignore_ascii_case("data:").then(|| &uri[5..])
-}
-
-/// At most 80 characters of a stranger's text.
-pub(crate) fn shorten(text: &str) -> String {
-    match text.char_indices().nth(80) {
-        Some((end, _)) => format!("{}...", &text[..end]),
-        None => text.to_owned(),
-    }
 }

@@ -10,6 +10,7 @@ mod folder;
 mod gltf_reader;
 mod image_header;
 mod limits;
+mod names;
 mod obj_reader;
 mod part;
 mod refusal;
@@ -43,8 +44,8 @@ pub fn load_character(path: &Path, limits: &Limits) -> Result<RawCharacter> {
 /// As [`load_character`].
 pub fn read_character(path: &Path, bytes: &[u8], limits: &Limits) -> Result<RawCharacter> {
     let asset = refusal::Asset { path, limits };
-    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let name = stem.filter(|stem| !stem.is_empty()).unwrap_or_else(|| "character".to_owned());
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy());
+    let name = names::name_or(stem.as_deref(), || "character".to_owned());
     match kind_of_file(asset)? {
         FileKind::Gltf => gltf_reader::read_gltf(asset, name, bytes),
         FileKind::Obj => obj_reader::read_obj(asset, name, bytes),

@@ -11,6 +11,7 @@ use gltf::json::validation::Checked;
 use super::accessors::open_accessor;
 use super::buffers::Buffers;
 use super::document::describe;
+use crate::names::name_or;
 use crate::refusal::{Asset, Warnings};
 use crate::{RawClip, RawInterpolation, RawProperty, RawTrack, Result};
 
@@ -36,7 +37,7 @@ pub(super) fn read_clips(
             warnings.add("clip-without-tracks", &reader.place, 1, message);
             continue;
         }
-        let name = animation.name.clone().filter(|n| !n.is_empty()).unwrap_or_else(|| format!("clip {index}"));
+        let name = name_or(animation.name.as_deref(), || format!("clip {index}"));
         clips.push(RawClip { name: unique_name(name, &mut names), tracks });
     }
     Ok(clips)

@@ -4,7 +4,7 @@ use gltf::json::buffer;
 use serde_json::Value;
 
 use crate::Result;
-use crate::folder::shorten;
+use crate::names::shorten;
 use crate::refusal::Asset;
 
 /// What the extension says about a view.

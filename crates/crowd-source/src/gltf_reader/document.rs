@@ -4,7 +4,7 @@ use gltf::json::Root;
 use serde_json::{Map, Value};
 
 use crate::Result;
-use crate::folder::shorten;
+use crate::names::shorten;
 use crate::refusal::{Asset, Warnings};
 
 /// Extensions that change what must be read and that this reader knows.
@@ -52,7 +52,7 @@ pub(super) const DRACO_REMEDY: &str =
 pub(super) fn parse_document(asset: Asset<'_>, json: &[u8], warnings: &mut Warnings) -> Result<Root> {
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     let mut value: Value =
-        serde_json::from_slice(json).map_err(|e| asset.format("JSON", format!("not a glTF document: {e}")))?;
+        serde_json::from_slice(json).map_err(|e| asset.format("JSON", format!("not a glTF document: {}", say(&e))))?;
     let Some(fields) = value.as_object_mut() else {
         return Err(asset.format("JSON", "not a glTF document: the text is no object"));
     };
@@ -63,8 +63,17 @@ pub(super) fn parse_document(asset: Asset<'_>, json: &[u8], warnings: &mut Warni
     serde_json::from_value(value).map_err(|e| {
         // The text itself, asked again, also knows line and column.
         let located = serde_json::from_slice::<Root>(json).err().unwrap_or(e);
-        asset.format("JSON", format!("not a glTF 2.0 document: {located}"))
+        asset.format("JSON", format!("not a glTF 2.0 document: {}", say(&located)))
     })
+}
+
+/// An error's words without what they quote at length: a wrong string may be a whole buffer.
+fn say(error: &serde_json::Error) -> String {
+    let words = error.to_string();
+    if words.len() <= 160 {
+        return words;
+    }
+    format!("{} at line {} column {}", shorten(&words), error.line(), error.column())
 }
 
 fn check_version(asset: Asset<'_>, fields: &Map<String, Value>) -> Result<()> {

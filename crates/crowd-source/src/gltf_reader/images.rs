@@ -6,8 +6,9 @@ use gltf::json::Root;
 
 use super::buffers::Buffers;
 use super::document::describe;
-use crate::folder::{Folder, shorten};
+use crate::folder::Folder;
 use crate::image_header::read_image;
+use crate::names::{name_or, shorten};
 use crate::refusal::Asset;
 use crate::{RawImage, Result};
 
@@ -47,8 +48,7 @@ impl<'a, 'b> ImageTable<'a, 'b> {
         // Several images may point at the same bytes; what they come to is bounded too.
         let sum = self.images.iter().map(|i| i.bytes.len() as u64).sum::<u64>() + bytes.len() as u64;
         self.asset.check_limit(&here, "bytes of images", sum, self.asset.limits.file_bytes)?;
-        let name = image.name.clone().filter(|n| !n.is_empty()).or(file_name);
-        let name = name.unwrap_or_else(|| format!("image {source}"));
+        let name = name_or(image.name.as_deref(), || file_name.unwrap_or_else(|| format!("image {source}")));
         let index = self.images.len() as u32;
         self.images.push(read_image(self.asset, &here, name, bytes)?);
         self.known.insert(source, index);

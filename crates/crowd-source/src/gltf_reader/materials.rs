@@ -9,6 +9,7 @@ use gltf::json::{Root, texture};
 
 use super::document::describe;
 use super::images::ImageTable;
+use crate::names::name_or;
 use crate::refusal::{Asset, Warnings};
 use crate::{RawMaterial, RawTexture, RawWrap, Result};
 
@@ -130,7 +131,7 @@ impl<'a, 'b> MaterialTable<'a, 'b> {
             Some(info) => Some(self.read_texture(&place, info.index.value(), warnings)?),
         };
         Ok(RawMaterial {
-            name: material.name.clone().filter(|n| !n.is_empty()).unwrap_or_else(|| format!("material {index}")),
+            name: name_or(material.name.as_deref(), || format!("material {index}")),
             base_color,
             texture,
             alpha_cutoff,

@@ -5,6 +5,7 @@ use gltf::json::Root;
 use gltf::json::scene::Node;
 
 use super::document::describe;
+use crate::names::name_or;
 use crate::refusal::{Asset, Warnings};
 use crate::{RawNode, Result};
 
@@ -133,7 +134,7 @@ fn keep_tree(
         tree.node_remap[member] = Some(tree.nodes.len() as u32);
         tree.world_rest.push(world);
         tree.nodes.push(RawNode {
-            name: node.name.clone().filter(|n| !n.is_empty()).unwrap_or_else(|| format!("node {member}")),
+            name: name_or(node.name.as_deref(), || format!("node {member}")),
             parent,
             translation: translation.to_array(),
             rotation: rotation.to_array(),

@@ -143,9 +143,9 @@ fn read_skins(
     for index in instances.iter().filter_map(|i| i.skin) {
         let Entry::Vacant(fresh) = skins.entry(index) else { continue };
         let skin = read_skin(asset, root, buffers, tree, index)?;
-        // Skins over one skeleton fall together later; sixteen times the joints leaves room for that.
+        // Skins over one skeleton fall together later; four times the joints leaves room for that.
         joints_read += skin.joints.len() as u64;
-        let allowed = asset.limits.joints.saturating_mul(16);
+        let allowed = asset.limits.joints.saturating_mul(4);
         asset.check_limit(&skin.place, "joints in all skins together", joints_read, allowed)?;
         fresh.insert(skin);
     }
@@ -154,10 +154,16 @@ fn read_skins(
 
 /// A mesh may hang from many nodes: what it comes to is known before it is made.
 fn check_repeated_counts(asset: Asset<'_>, instances: &[Instance], shapes: &BTreeMap<usize, Vec<Shape>>) -> Result<()> {
-    let all = || instances.iter().flat_map(|i| &shapes[&i.mesh]);
-    let vertices = all().map(|s| s.positions.len() as u64).sum();
+    let counts: BTreeMap<usize, (u64, u64)> = shapes
+        .iter()
+        .map(|(mesh, shapes)| {
+            let vertices = shapes.iter().map(|s| s.positions.len() as u64).sum();
+            (*mesh, (vertices, shapes.iter().map(|s| s.triangles.len() as u64).sum()))
+        })
+        .collect();
+    let vertices = instances.iter().map(|i| counts[&i.mesh].0).sum();
     asset.check_limit("scene", "vertices", vertices, asset.limits.vertices)?;
-    let triangles = all().map(|s| s.triangles.len() as u64).sum();
+    let triangles = instances.iter().map(|i| counts[&i.mesh].1).sum();
     asset.check_limit("scene", "triangles", triangles, asset.limits.triangles)
 }
 

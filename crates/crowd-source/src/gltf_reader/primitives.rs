@@ -11,6 +11,7 @@ use super::document::{DRACO_REMEDY, describe};
 use super::influences::{Influence, keep_four_strongest};
 use super::materials::TextureUse;
 use crate::Result;
+use crate::names::name_or;
 use crate::part::DEGENERATE;
 use crate::refusal::{Asset, Warnings};
 
@@ -63,7 +64,7 @@ impl<'a> Geometry<'a, '_> {
         let mut shapes = Vec::new();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let place = format!("{mesh_place} primitive {number}");
-            let name = mesh.name.clone().filter(|n| !n.is_empty()).unwrap_or_else(|| format!("mesh {index}"));
+            let name = name_or(mesh.name.as_deref(), || format!("mesh {index}"));
             shapes.extend(self.read_primitive(place, name, primitive, textures, warnings)?);
         }
         Ok(shapes)

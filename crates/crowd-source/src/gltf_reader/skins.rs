@@ -71,23 +71,30 @@ pub(super) fn read_skin(
 ///
 /// Returns for each skin the lowest index of its group.
 pub(super) fn group_bind_spaces(skins: &BTreeMap<usize, Skin>) -> BTreeMap<usize, usize> {
-    let mut group_of: BTreeMap<usize, usize> = skins.keys().map(|index| (*index, *index)).collect();
+    let indices: Vec<usize> = skins.keys().copied().collect();
+    // Disjoint sets over positions in `indices`; the root of a set is its lowest member.
+    let mut toward_root: Vec<usize> = (0..indices.len()).collect();
     let mut palette = Palette::default();
     let mut first_user: Vec<usize> = Vec::new();
-    for (index, skin) in skins {
+    for (position, skin) in skins.values().enumerate() {
         for (node, inverse_bind) in &skin.joints {
             let joint = palette.index(*node, *inverse_bind) as usize;
             if joint == first_user.len() {
-                first_user.push(*index);
+                first_user.push(position);
             }
-            let (one, other) = (group_of[&first_user[joint]], group_of[index]);
-            if one != other {
-                let (low, high) = (one.min(other), one.max(other));
-                group_of.values_mut().filter(|g| **g == high).for_each(|g| *g = low);
-            }
+            let (one, other) = (find_root(&mut toward_root, first_user[joint]), find_root(&mut toward_root, position));
+            toward_root[one.max(other)] = one.min(other);
         }
     }
-    group_of
+    (0..indices.len()).map(|p| (indices[p], indices[find_root(&mut toward_root, p)])).collect()
+}
+
+fn find_root(toward_root: &mut [usize], mut member: usize) -> usize {
+    while toward_root[member] != member {
+        toward_root[member] = toward_root[toward_root[member]];
+        member = toward_root[member];
+    }
+    member
 }
 
 /// The affine map that takes a group's bind space to where its skins stand at rest.

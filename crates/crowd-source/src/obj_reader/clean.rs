@@ -7,7 +7,7 @@
 use std::fmt::Write;
 
 use crate::Result;
-use crate::folder::shorten;
+use crate::names::shorten;
 use crate::refusal::{Asset, Warnings};
 
 /// What tobj gets to see.
@@ -15,6 +15,9 @@ pub(super) struct Cleaned {
     pub(super) text: String,
     /// Every corner has a normal.
     pub(super) has_normals: bool,
+    /// The file turns smoothing off (`s off`) and never on. Without any word on it, computed normals are smooth, as the
+    /// characters of Dong 2019 §5.2 are.
+    pub(super) is_faceted: bool,
 }
 
 /// UTF-8 and UTF-16 with a byte order mark; other bytes beyond ASCII (names in some old code page) are replaced.
@@ -41,6 +44,8 @@ struct Counts {
     corners_with_texture: u64,
     corners_with_normal: u64,
     triangles: u64,
+    smoothed: u64,
+    faceted: u64,
 }
 
 /// Checks and rewrites the whole text.
@@ -118,7 +123,8 @@ pub(super) fn clean_obj(asset: Asset<'_>, text: &str, warnings: &mut Warnings) -
     }
     let message = "points and lines are no surface and were left out";
     warnings.add("points-and-lines-skipped", "file", points_and_lines, message);
-    Ok(Cleaned { text: cleaned, has_normals })
+    let is_faceted = counts.faceted > 0 && counts.smoothed == 0;
+    Ok(Cleaned { text: cleaned, has_normals, is_faceted })
 }
 
 fn count_lines(asset: Asset<'_>, text: &str) -> Result<Counts> {
@@ -130,6 +136,10 @@ fn count_lines(asset: Asset<'_>, text: &str) -> Result<Counts> {
                 counts.positions += 1;
                 counts.colored += u64::from(words.count() >= 6);
             }
+            Some("s") => match words.next() {
+                Some("off" | "0") => counts.faceted += 1,
+                _ => counts.smoothed += 1,
+            },
             Some("vt") => counts.textures += 1,
             Some("vn") => counts.normals += 1,
             Some("f") => {

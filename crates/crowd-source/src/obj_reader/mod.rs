@@ -10,7 +10,8 @@ mod surfaces;
 use std::cell::RefCell;
 use std::collections::HashMap;
 
-use crate::folder::{Folder, shorten};
+use crate::folder::Folder;
+use crate::names::{name_or, shorten};
 use crate::part::{DEGENERATE, PartMesh, append_part, complete_normals, weld_vertices};
 use crate::refusal::{Asset, Warnings};
 use crate::{RawCharacter, RawJoint, RawMesh, RawNode, Result};
@@ -36,7 +37,7 @@ pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<R
             continue;
         }
         let place = format!("object `{}`", shorten(model_name));
-        let flat = part.normals.is_empty();
+        let flat = part.normals.is_empty() && cleaned.is_faceted;
         let repaired = complete_normals(&mut part);
         let message = "normals without a direction were computed from the triangles around them";
         warnings.add("normals-repaired", &place, repaired, message);
@@ -48,7 +49,7 @@ pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<R
             continue;
         }
         let material = surfaces.index(material, flat, &mut warnings)?;
-        append_part(&mut mesh, part, model_name.to_owned(), material, true);
+        append_part(&mut mesh, part, name_or(Some(model_name), || "object".to_owned()), material, true);
     }
     if mesh.triangles.is_empty() {
         return Err(asset.format("file", "no faces; a character needs at least one triangle"));

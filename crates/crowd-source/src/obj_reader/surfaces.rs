@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::folder::{Folder, shorten};
+use crate::folder::Folder;
 use crate::image_header::read_image;
+use crate::names::{name_or, shorten};
 use crate::refusal::{Asset, Warnings};
 use crate::{Error, RawImage, RawMaterial, RawTexture, RawWrap, Result};
 
@@ -116,7 +117,7 @@ impl<'a> SurfaceTable<'a> {
         }
         let [r, g, b] = diffuse;
         Ok(RawMaterial {
-            name: found.name.clone(),
+            name: name_or(Some(&found.name), || "material".to_owned()),
             base_color: [r, g, b, alpha],
             texture,
             alpha_cutoff,

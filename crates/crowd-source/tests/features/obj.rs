@@ -32,7 +32,7 @@ fn a_static_character_has_one_node_and_one_joint() {
     let character = load(SEAM);
     assert_eq!((character.nodes.len(), character.joints.len(), character.clips.len()), (1, 1, 0));
     assert!(character.mesh.weights.iter().all(|w| *w == [1., 0., 0., 0.]));
-    assert!(character.materials[0].flat_normals);
+    assert!(!character.materials[0].flat_normals);
     assert!(character.mesh.normals.iter().all(|n| *n == [0., 0., 1.]));
 }
 
@@ -79,7 +79,6 @@ fn corners_without_texture_point_or_normal_do_not_shift_the_others() {
     assert_eq!(character.mesh.uvs, [[0.5, 0.5], [0., 0.], [0., 0.]]);
     assert_eq!(warning(&character, "uvs-missing").map(|w| w.count), Some(2));
     assert_eq!(warning(&character, "normals-missing").map(|w| w.count), Some(1));
-    assert!(character.materials[0].flat_normals);
 }
 
 #[test]
@@ -151,5 +150,12 @@ fn libraries_and_textures_may_not_leave_the_folder() {
         let files = [("a/a.obj", text.as_bytes()), ("a/lib.mtl", library.as_bytes()), ("face.png", PNG)];
         let refusal = load_files(&files).expect_err(texture).to_string();
         assert!(refusal.contains("leaves the asset's folder"), "{refusal}");
+    }
+}
+
+#[test]
+fn faces_are_flat_where_the_file_turns_smoothing_off() {
+    for (line, flat) in [("", false), ("s 1\n", false), ("s off\n", true), ("s 0\n", true)] {
+        assert_eq!(load(&format!("{line}{SEAM}")).materials[0].flat_normals, flat, "{line}");
     }
 }
