@@ -5,7 +5,7 @@
 //! wedges per collapse instead of once (see [`Criteria::Wedge`]).
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
 //!
-//! One module a step: `split_seams`, `classify`, `quadrics`, `criteria`, `collapse` (on a `topology`), `reorder`, `reform`,
+//! One module a step: `split_seams` (with `separate_layers`), `classify`, `quadrics`, `criteria`, `collapse` (on a `topology`), `reorder`, `reform`,
 //! `measure`.
 
 mod classify;
@@ -18,6 +18,7 @@ mod measure;
 mod quadrics;
 mod reform;
 mod reorder;
+mod separate_layers;
 mod split_seams;
 #[cfg(test)]
 mod test_meshes;

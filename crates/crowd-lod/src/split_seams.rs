@@ -1,10 +1,12 @@
 //! Splits a mesh into positions, wedges and normal variants (Peng 2011 §4.1).
 //!
-//! A *position* is a place with its skinning: what moves as one in every pose. A *wedge* is a position with one texture
+//! A *position* is a place with its skinning: what moves as one in every pose (sheets of two materials that lie on each
+//! other are kept apart, see `separate_layers`). A *wedge* is a position with one texture
 //! coordinate, material and colour: the paper's universal index, and the members of its adjV groups. A *variant* is a wedge with
 //! one normal: a vertex of the output. Variants follow their wedge and never hinder a collapse.
 
 use crate::LodMesh;
+use crate::separate_layers::separate_layers;
 use rayon::prelude::*;
 
 /// Normals closer than this become one variant: cos 1°.
@@ -62,19 +64,25 @@ impl SplitMesh {
 /// Paper: Peng 2011 §4.1. Departs: positions also need equal skinning, and normals split vertices without splitting
 /// wedges.
 pub(crate) fn split_seams(mesh: &LodMesh<'_>) -> SplitMesh {
-    let leader = weld_positions(mesh);
+    let mut leader = weld_positions(mesh, &[]);
     let mut split = SplitMesh::default();
     keep_proper_triangles(mesh, &leader, &mut split);
+    if let Some(layers) = separate_layers(mesh, &leader, &split.triangle_source) {
+        leader = weld_positions(mesh, &layers);
+    }
     let position_of_vertex = number_positions(mesh, &leader, &mut split);
     split_wedges(mesh, &position_of_vertex, &mut split);
     split
 }
 
-/// For each vertex, the lowest vertex with the same place and skinning.
-fn weld_positions(mesh: &LodMesh<'_>) -> Vec<u32> {
-    let keys: Vec<([u32; 3], [(u16, u16); 4])> = (0..mesh.positions.len())
+/// For each vertex, the lowest vertex with the same place, skinning and layer. `layers`: of each vertex, or none.
+fn weld_positions(mesh: &LodMesh<'_>, layers: &[u16]) -> Vec<u32> {
+    let keys: Vec<([u32; 3], [(u16, u16); 4], u16)> = (0..mesh.positions.len())
         .into_par_iter()
-        .map(|v| (mesh.positions[v].map(zero_signless_bits), skinning_key(mesh.joints[v], mesh.weights[v])))
+        .map(|v| {
+            let skinning = skinning_key(mesh.joints[v], mesh.weights[v]);
+            (mesh.positions[v].map(zero_signless_bits), skinning, layers.get(v).copied().unwrap_or(0))
+        })
         .collect();
     let mut order: Vec<u32> = (0..keys.len() as u32).collect();
     order.par_sort_unstable_by_key(|&v| (keys[v as usize], v));
