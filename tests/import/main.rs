@@ -4,4 +4,5 @@ mod assets;
 mod cesium;
 mod damage;
 mod every_file;
+mod fixtures;
 mod invariants;

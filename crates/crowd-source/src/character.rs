@@ -202,9 +202,31 @@ pub enum ImageEncoding {
 }
 
 /// Something was dropped, repaired or approximated.
+///
+/// | code | what it means |
+/// |---|---|
+/// | `alpha-blend-as-mask` | transparency is drawn as a mask with cutoff 0.5 |
+/// | `bind-space-kept` | a skin's heaviest joint has no size at rest; its bind space was not moved |
+/// | `black-factor-ignored` | MTL: a black `Kd` over a texture became white |
+/// | `clip-without-tracks` | an animation moves no joint and was left out |
+/// | `degenerate-triangles-dropped` | triangles that use one vertex twice |
+/// | `double-curves-ignored` | a second curve for one node and property |
+/// | `empty-primitive` | a primitive without triangles |
+/// | `extension-ignored` | an optional extension that would change the picture |
+/// | `material-library-missing`, `material-lines-ignored` | MTL: not there, or in part not whole |
+/// | `morph-targets-ignored`, `morph-curves-ignored` | shapes and their curves |
+/// | `normals-missing`, `normals-repaired` | computed from the triangles |
+/// | `points-and-lines-skipped` | no surface |
+/// | `rotation-repaired`, `rotation-keys-repaired` | quaternions of length zero |
+/// | `shear-dropped` | a node's matrix is no translation, rotation and scale |
+/// | `texture-options-ignored` | MTL: options before a texture's name |
+/// | `unknown-curves-ignored` | curves of something else than translation, rotation, scale |
+/// | `uvs-missing`, `uvs-repaired` | zeros in their place |
+/// | `weights-dropped`, `weights-missing`, `weights-negative` | four strongest kept; first joint taken; taken as zero |
+/// | `wrap-mode-unknown` | taken as REPEAT |
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warning {
-    /// Stable name, kebab-case: `weights-dropped`, `alpha-blend-as-mask`, `morph-targets-ignored`...
+    /// Stable name, kebab-case, out of the table above.
     pub code: &'static str,
     /// Where: mesh, primitive, node or material.
     pub place: String,

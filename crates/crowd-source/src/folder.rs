@@ -133,7 +133,7 @@ impl<'a> Folder<'a> {
         }
         Err(self.asset.unsupported(
             place,
-            format!("a `{scheme}:` URI"),
+            format!("a `{scheme}:` URI (`{}`)", shorten(uri)),
             "put the file into the asset's folder and name it by a relative path",
         ))
     }

@@ -57,7 +57,6 @@ pub(super) fn open_accessor<'a>(
         // Nothing that we read is a MAT2 or MAT3 (whose columns may be padded).
         Type::Mat2 | Type::Mat3 => return Err(asset.format(place, format!("`type` is {shape:?}, expected another"))),
     };
-    asset.check_limit(&place, allowed.0, accessor.count.0, allowed.1)?;
     let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
     let element_bytes = width * component_bytes(kind.0);
     let base = match accessor.buffer_view {
@@ -73,6 +72,8 @@ pub(super) fn open_accessor<'a>(
             Some((bytes, stride))
         }
     };
+    // A count that the bytes bear out may still be more than we take; one without bytes behind it means that many zeros.
+    asset.check_limit(&place, allowed.0, accessor.count.0, allowed.1)?;
     let sparse = match &accessor.sparse {
         None => None,
         Some(sparse) => {

@@ -25,13 +25,10 @@ pub(super) fn split_container<'a>(asset: Asset<'_>, bytes: &'a [u8]) -> Result<C
     if bytes.len() < 12 {
         return Err(asset.format("GLB header", format!("{} bytes, expected 12", bytes.len())));
     }
-    let version = word(bytes, 4);
-    if version != 2 {
-        return Err(asset.unsupported(
-            "GLB header",
-            format!("GLB version {version}"),
-            "convert the file to glTF 2.0 (GLB version 2)",
-        ));
+    match word(bytes, 4) {
+        2 => {}
+        1 => return Err(asset.unsupported("GLB header", "GLB version 1", "convert the file to glTF 2.0")),
+        other => return Err(asset.format("GLB header", format!("GLB version {other}, expected 2"))),
     }
     let length = word(bytes, 8) as usize;
     if length > bytes.len() {

@@ -204,7 +204,7 @@ impl<'a> Geometry<'a, '_> {
             return Ok(vec![[0.0; 2]; vertices]);
         };
         elements.expect(&[2], &[F32, U8, U16, I8, I16])?;
-        self.check_count(place, "TEXCOORD", elements.count, vertices)?;
+        self.check_count(place, &format!("TEXCOORD_{set}"), elements.count, vertices)?;
         let mut uvs = to_vectors::<2>(&elements.read_floats(elements.normalized)?);
         let mut repaired = 0;
         for uv in &mut uvs {

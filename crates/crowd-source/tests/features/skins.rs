@@ -250,3 +250,24 @@ fn joints_of_vertices_that_no_triangle_uses_are_dropped() {
     assert_eq!(character.joints.len(), 1);
     assert_eq!(character.nodes[character.joints[0].node as usize].name, "hip");
 }
+
+/// Two skins over one skeleton that does not rest where it was bound: their parts keep their places to each other, though
+/// the heaviest joint of each is another one.
+#[test]
+fn skins_of_one_bind_space_stay_together() {
+    let bind = [DMat4::from_rotation_z(0.5), DMat4::from_translation(DVec3::new(3., -1., 0.))];
+    let mut doc = skinned(bind, [[1., 0., 0., 0.]; 4]);
+    let mut attributes = doc.json["meshes"][0]["primitives"][0]["attributes"].clone();
+    let weights = doc.floats("VEC4", &[[0f32, 1., 0., 0.]; 4].concat());
+    attributes["WEIGHTS_0"] = json!(weights);
+    let mesh = doc.mesh(json!({"attributes": attributes, "mode": 5}));
+    let again = doc.json["skins"][0].clone();
+    doc.push("skins", again);
+    doc.scene_node(json!({"mesh": mesh, "skin": 1}));
+    let character = doc.load();
+    let (one, other) = character.mesh.positions.split_at(4);
+    for (a, b) in one.iter().zip(other) {
+        assert!(close(DVec3::from_array(a.map(f64::from)), DVec3::from_array(b.map(f64::from))), "{a:?} {b:?}");
+    }
+    assert_eq!(character.joints.len(), 2);
+}

@@ -74,7 +74,7 @@ fn other_schemes_are_refused_by_name() {
     for uri in ["https://example.org/data.bin", "file:///etc/passwd", "ftp:x"] {
         let refusal = with_uri(uri, &[]).expect_err(uri).to_string();
         let scheme = uri.split(':').next().expect("a scheme");
-        assert!(refusal.contains(&format!("a `{scheme}:` URI is not supported")), "{refusal}");
+        assert!(refusal.contains(&format!("a `{scheme}:` URI (`{uri}`) is not supported")), "{refusal}");
     }
 }
 
