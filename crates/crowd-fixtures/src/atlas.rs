@@ -123,7 +123,10 @@ pub fn paint(shape: &Shape, rects: &[[u8; 4]], size: u32, painter: &dyn Fn(&Spot
         for y in low.y as usize..=high.y as usize {
             for x in low.x as usize..=high.x as usize {
                 for s in 0..4 {
-                    let p = Vec2::new(x as f32 + [0.375, 0.875, 0.125, 0.625][s], y as f32 + [0.125, 0.375, 0.625, 0.875][s]);
+                    let p = Vec2::new(
+                        x as f32 + [0.375, 0.875, 0.125, 0.625][s],
+                        y as f32 + [0.125, 0.375, 0.625, 0.875][s],
+                    );
                     let b = [
                         (uv[1] - p).perp_dot(uv[2] - p) / area,
                         (uv[2] - p).perp_dot(uv[0] - p) / area,

@@ -87,19 +87,35 @@ fn containers() -> Vec<Refusal> {
         Refusal { name: "not_a_glb.glb", bytes: wrong_magic, kind: "format", words: &[] },
         Refusal { name: "glb_version_7.glb", bytes: wrong_version, kind: "format", words: &[] },
         Refusal { name: "glb_chunk_beyond_file.glb", bytes: long_chunk, kind: "format", words: &[] },
-        Refusal { name: "binary_chunk_too_short.glb", bytes: pack_glb(&json, &bytes[..16]), kind: "format", words: &[] },
+        Refusal {
+            name: "binary_chunk_too_short.glb",
+            bytes: pack_glb(&json, &bytes[..16]),
+            kind: "format",
+            words: &[],
+        },
         Refusal { name: "empty.gltf", bytes: Vec::new(), kind: "format", words: &[] },
         Refusal { name: "not_json.gltf", bytes: b"{ \"asset\": { \"version\": ".to_vec(), kind: "format", words: &[] },
-        Refusal { name: "version_3.gltf", bytes: text("\"version\":\"2.0\"", "\"version\":\"3.0\",\"minVersion\":\"3.0\""), kind: "unsupported", words: &["3.0"] },
+        Refusal {
+            name: "version_3.gltf",
+            bytes: text("\"version\":\"2.0\"", "\"version\":\"3.0\",\"minVersion\":\"3.0\""),
+            kind: "unsupported",
+            words: &["3.0"],
+        },
         Refusal {
             name: "draco_required.gltf",
-            bytes: text("\"scene\":0", "\"extensionsUsed\":[\"KHR_draco_mesh_compression\"],\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"scene\":0"),
+            bytes: text(
+                "\"scene\":0",
+                "\"extensionsUsed\":[\"KHR_draco_mesh_compression\"],\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"scene\":0",
+            ),
             kind: "unsupported",
             words: &["KHR_draco_mesh_compression"],
         },
         Refusal {
             name: "unknown_required_extension.gltf",
-            bytes: text("\"scene\":0", "\"extensionsUsed\":[\"EXT_tomorrow\"],\"extensionsRequired\":[\"EXT_tomorrow\"],\"scene\":0"),
+            bytes: text(
+                "\"scene\":0",
+                "\"extensionsUsed\":[\"EXT_tomorrow\"],\"extensionsRequired\":[\"EXT_tomorrow\"],\"scene\":0",
+            ),
             kind: "unsupported",
             words: &["EXT_tomorrow"],
         },
@@ -113,15 +129,50 @@ fn meshes() -> Vec<Refusal> {
     no_mesh.materials.clear();
     no_mesh.nodes[0].mesh = None;
     vec![
-        Refusal { name: "index_out_of_range.glb", bytes: edited(&d, |p| p.indices[1] = 7), kind: "format", words: &["7"] },
-        Refusal { name: "nan_position.glb", bytes: edited_json(&d, |p| p.positions[1][1] = f32::NAN), kind: "format", words: &["POSITION"] },
-        Refusal { name: "infinite_position.glb", bytes: edited_json(&d, |p| p.positions[2][1] = f32::INFINITY), kind: "format", words: &["POSITION"] },
-        Refusal { name: "nan_weight.glb", bytes: edited(&d, |p| p.weights[0][0] = f32::NAN), kind: "format", words: &["WEIGHTS_0"] },
-        Refusal { name: "attribute_counts_differ.glb", bytes: edited(&d, |p| p.uvs.truncate(2)), kind: "format", words: &["TEXCOORD_0"] },
-        Refusal { name: "zero_triangles.gltf", bytes: text("\"indices\":5,", "\"indices\":5,\"mode\":0,"), kind: "format", words: &["triangle"] },
+        Refusal {
+            name: "index_out_of_range.glb",
+            bytes: edited(&d, |p| p.indices[1] = 7),
+            kind: "format",
+            words: &["7"],
+        },
+        Refusal {
+            name: "nan_position.glb",
+            bytes: edited_json(&d, |p| p.positions[1][1] = f32::NAN),
+            kind: "format",
+            words: &["POSITION"],
+        },
+        Refusal {
+            name: "infinite_position.glb",
+            bytes: edited_json(&d, |p| p.positions[2][1] = f32::INFINITY),
+            kind: "format",
+            words: &["POSITION"],
+        },
+        Refusal {
+            name: "nan_weight.glb",
+            bytes: edited(&d, |p| p.weights[0][0] = f32::NAN),
+            kind: "format",
+            words: &["WEIGHTS_0"],
+        },
+        Refusal {
+            name: "attribute_counts_differ.glb",
+            bytes: edited(&d, |p| p.uvs.truncate(2)),
+            kind: "format",
+            words: &["TEXCOORD_0"],
+        },
+        Refusal {
+            name: "zero_triangles.gltf",
+            bytes: text("\"indices\":5,", "\"indices\":5,\"mode\":0,"),
+            kind: "format",
+            words: &["triangle"],
+        },
         Refusal { name: "no_mesh.glb", bytes: no_mesh.to_glb(), kind: "format", words: &[] },
         Refusal { name: "no_positions.gltf", bytes: text("\"POSITION\":0,", ""), kind: "format", words: &["POSITION"] },
-        Refusal { name: "accessor_count_huge.gltf", bytes: text("\"componentType\":5126,\"count\":3", "\"componentType\":5126,\"count\":4000000000"), kind: "format", words: &["4000000000"] },
+        Refusal {
+            name: "accessor_count_huge.gltf",
+            bytes: text("\"componentType\":5126,\"count\":3", "\"componentType\":5126,\"count\":4000000000"),
+            kind: "format",
+            words: &["4000000000"],
+        },
         Refusal {
             name: "sparse_count_huge.gltf",
             bytes: text(
@@ -131,9 +182,24 @@ fn meshes() -> Vec<Refusal> {
             kind: "format",
             words: &["sparse"],
         },
-        Refusal { name: "buffer_view_beyond_buffer.gltf", bytes: text("\"byteLength\":36,", "\"byteLength\":36000,"), kind: "format", words: &["36000"] },
-        Refusal { name: "buffer_view_offset_overflows.gltf", bytes: text("\"byteOffset\":0,", "\"byteOffset\":18446744073709551600,"), kind: "format", words: &[] },
-        Refusal { name: "index_type_float.gltf", bytes: text("\"componentType\":5123", "\"componentType\":5126"), kind: "format", words: &["ind"] },
+        Refusal {
+            name: "buffer_view_beyond_buffer.gltf",
+            bytes: text("\"byteLength\":36,", "\"byteLength\":36000,"),
+            kind: "format",
+            words: &["36000"],
+        },
+        Refusal {
+            name: "buffer_view_offset_overflows.gltf",
+            bytes: text("\"byteOffset\":0,", "\"byteOffset\":18446744073709551600,"),
+            kind: "format",
+            words: &[],
+        },
+        Refusal {
+            name: "index_type_float.gltf",
+            bytes: text("\"componentType\":5123", "\"componentType\":5126"),
+            kind: "format",
+            words: &["ind"],
+        },
     ]
 }
 
@@ -153,10 +219,30 @@ fn skeletons_and_clips() -> Vec<Refusal> {
     let mut short = d.clone();
     short.clips[0].times.push(2.0);
     vec![
-        Refusal { name: "joint_index_beyond_skeleton.glb", bytes: edited(&d, |p| p.joints[2][0] = 91), kind: "format", words: &["91", "2"] },
-        Refusal { name: "node_cycle.gltf", bytes: text("{\"name\":\"top\"", "{\"name\":\"top\",\"children\":[1]"), kind: "format", words: &["node"] },
-        Refusal { name: "node_child_missing.gltf", bytes: text("\"children\":[2]", "\"children\":[27]"), kind: "format", words: &["27"] },
-        Refusal { name: "skin_joint_missing.gltf", bytes: text("\"joints\":[1,2]", "\"joints\":[1,88]"), kind: "format", words: &["88"] },
+        Refusal {
+            name: "joint_index_beyond_skeleton.glb",
+            bytes: edited(&d, |p| p.joints[2][0] = 91),
+            kind: "format",
+            words: &["91", "2"],
+        },
+        Refusal {
+            name: "node_cycle.gltf",
+            bytes: text("{\"name\":\"top\"", "{\"name\":\"top\",\"children\":[1]"),
+            kind: "format",
+            words: &["node"],
+        },
+        Refusal {
+            name: "node_child_missing.gltf",
+            bytes: text("\"children\":[2]", "\"children\":[27]"),
+            kind: "format",
+            words: &["27"],
+        },
+        Refusal {
+            name: "skin_joint_missing.gltf",
+            bytes: text("\"joints\":[1,2]", "\"joints\":[1,88]"),
+            kind: "format",
+            words: &["88"],
+        },
         Refusal { name: "times_not_increasing.glb", bytes: backwards.to_glb(), kind: "format", words: &["time"] },
         Refusal { name: "keys_fewer_than_times.glb", bytes: short.to_glb(), kind: "format", words: &["3", "4"] },
     ]
@@ -170,11 +256,26 @@ fn references() -> Vec<Refusal> {
     let (remote, _) = plain().parts(Some("https://example.org/buffer.bin"));
     let (broken, _) = plain().parts(Some("data:application/octet-stream;base64,@@@@"));
     vec![
-        Refusal { name: "uri_leaves_folder.gltf", bytes: outside.into(), kind: "format", words: &["../../good/mara.glb"] },
+        Refusal {
+            name: "uri_leaves_folder.gltf",
+            bytes: outside.into(),
+            kind: "format",
+            words: &["../../good/mara.glb"],
+        },
         Refusal { name: "uri_is_absolute.gltf", bytes: absolute.into(), kind: "format", words: &["/etc/hostname"] },
         Refusal { name: "uri_leaves_folder_percent_encoded.gltf", bytes: encoded.into(), kind: "format", words: &[] },
-        Refusal { name: "missing_buffer.gltf", bytes: missing.into(), kind: "io", words: &["there_is_no_such_buffer.bin"] },
-        Refusal { name: "uri_is_remote.gltf", bytes: remote.into(), kind: "unsupported", words: &["https://example.org/buffer.bin"] },
+        Refusal {
+            name: "missing_buffer.gltf",
+            bytes: missing.into(),
+            kind: "io",
+            words: &["there_is_no_such_buffer.bin"],
+        },
+        Refusal {
+            name: "uri_is_remote.gltf",
+            bytes: remote.into(),
+            kind: "unsupported",
+            words: &["https://example.org/buffer.bin"],
+        },
         Refusal { name: "data_uri_not_base64.gltf", bytes: broken.into(), kind: "format", words: &["base64"] },
     ]
 }
@@ -187,10 +288,20 @@ fn objects() -> Vec<Refusal> {
         Refusal { name: "face_index_beyond.obj", bytes: with("f 1 2 9"), kind: "format", words: &["9"] },
         Refusal { name: "texture_index_beyond.obj", bytes: with("f 1/1 2/5 3/1"), kind: "format", words: &["5"] },
         Refusal { name: "face_before_vertices.obj", bytes: b"f 1 2 3\n".to_vec(), kind: "format", words: &[] },
-        Refusal { name: "vertex_not_a_number.obj", bytes: b"v 0 zero 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(), kind: "format", words: &[] },
+        Refusal {
+            name: "vertex_not_a_number.obj",
+            bytes: b"v 0 zero 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec(),
+            kind: "format",
+            words: &[],
+        },
         Refusal { name: "no_faces.obj", bytes: CORNERS.as_bytes().to_vec(), kind: "format", words: &[] },
         Refusal { name: "empty.obj", bytes: Vec::new(), kind: "format", words: &[] },
-        Refusal { name: "material_leaves_folder.obj", bytes: [b"mtllib ../../../secret.mtl\n", with("f 1 2 3").as_slice()].concat(), kind: "format", words: &["../../../secret.mtl"] },
+        Refusal {
+            name: "material_leaves_folder.obj",
+            bytes: [b"mtllib ../../../secret.mtl\n", with("f 1 2 3").as_slice()].concat(),
+            kind: "format",
+            words: &["../../../secret.mtl"],
+        },
     ]
 }
 

@@ -4,13 +4,14 @@ use glam::{Vec3, vec3};
 
 use crate::assemble::{character, colour_png, regions_png, wedges};
 use crate::atlas::{self, Spot, paint};
-use crate::glb::{Clip, Document};
+use crate::glb::Document;
 use crate::human_rig::Joint;
-use crate::motion::{Pose, clip, turn};
 use crate::paint_human::{region, rgb};
 use crate::profile::{bell, mix, smoothstep};
 use crate::shape::{GridChart, Shape, running_share};
 use crate::wear::add_spindle;
+
+mod moves;
 
 const TAU: f32 = core::f32::consts::TAU;
 /// Columns of the body, of a leg.
@@ -164,7 +165,7 @@ pub fn make(kind: Kind, name: &str) -> (Document, Vec<u8>) {
     let painting = paint(&shape, atlas::BEAST, 512, &|s| coat(kind, &list, s));
     let joints = skeleton(kind, &list);
     let body = wedges(&shape, atlas::BEAST, &|p, what| weights(&joints, p, what));
-    (character(name, &joints, body, colour_png(&painting), clips(kind, &joints)), regions_png(&painting))
+    (character(name, &joints, body, colour_png(&painting), moves::clips(kind, &joints)), regions_png(&painting))
 }
 
 fn ring_points(r: &Ring) -> Vec<Vec3> {
@@ -183,7 +184,9 @@ fn model(kind: Kind, list: &[Ring]) -> Shape {
     let mut shape = Shape::default();
     let grid: Vec<Vec<u32>> = list.iter().map(|r| shape.add_ring(&ring_points(r), tag::BODY)).collect();
     let holes = [(FORE_RINGS, false), (HIND_RINGS, true)];
-    let in_hole = |row: usize, j: usize| holes.iter().any(|((a, b), _)| row >= *a && row < *b) && (j % BODY == 4 || j % BODY == 7);
+    let in_hole = |row: usize, j: usize| {
+        holes.iter().any(|((a, b), _)| row >= *a && row < *b) && (j % BODY == 4 || j % BODY == 7)
+    };
     let along: Vec<f32> = path_lengths(list);
     let total = along[along.len() - 1];
     // The chart is cut along the belly.
@@ -193,9 +196,10 @@ fn model(kind: Kind, list: &[Ring]) -> Shape {
     let gc = GridChart { chart: chart::BODY, part: part::BODY, mirrored: false, lying: true };
     let share = running_share(&[1.0; BODY]);
     shape.add_grid(&grid, &cols, &|_, k| share[k], &around, &v, &along, &gc, true, &|r, k| in_hole(r, cols[k]));
-    for (ring, chart, out, flip, at) in
-        [(0, chart::RUMP, vec3(0.0, 0.02, -0.045), false, 0.0), (grid.len() - 1, chart::MUZZLE, vec3(0.0, -0.022, 0.020), true, total)]
-    {
+    for (ring, chart, out, flip, at) in [
+        (0, chart::RUMP, vec3(0.0, 0.02, -0.045), false, 0.0),
+        (grid.len() - 1, chart::MUZZLE, vec3(0.0, -0.022, 0.020), true, total),
+    ] {
         let tip = shape.add(vec3(0.0, list[ring].y, list[ring].z) + out, tag::BODY);
         let gc = GridChart { chart, part: part::BODY, mirrored: false, lying: false };
         shape.add_disc(&grid[ring..=ring], tip, &[at, at], &gc, flip);
@@ -248,8 +252,23 @@ fn add_leg(shape: &mut Shape, grid: &[Vec<u32>], (a, b): (usize, usize), hind: b
     let last = along[along.len() - 1];
     let hoof = rows.len() - 2;
     let v: Vec<f32> = along.iter().map(|x| x / last).collect();
-    let gc = GridChart { chart: if hind { chart::HIND } else { chart::FORE }, part: part::LEG, mirrored: side == 1, lying: false };
-    shape.add_grid(&rows[..=hoof], &cols, &|_, k| k as f32 / LEG as f32, &around, &v, &along, &gc, side == 0, &|_, _| false);
+    let gc = GridChart {
+        chart: if hind { chart::HIND } else { chart::FORE },
+        part: part::LEG,
+        mirrored: side == 1,
+        lying: false,
+    };
+    shape.add_grid(
+        &rows[..=hoof],
+        &cols,
+        &|_, k| k as f32 / LEG as f32,
+        &around,
+        &v,
+        &along,
+        &gc,
+        side == 0,
+        &|_, _| false,
+    );
     let sole = shape.add(vec3((place_x - 0.012) * flip_x, 0.0, place_z + table[table.len() - 1][1]), what);
     let gc = GridChart { chart: chart::HOOF, part: part::LEG, mirrored: side == 1 || hind, lying: false };
     shape.add_disc(&rows[hoof..], sole, &[along[hoof], last, last], &gc, side == 0);
@@ -285,13 +304,22 @@ fn add_ears_and_more(shape: &mut Shape, kind: Kind, list: &[Ring]) {
         let mirrored = side < 0.0;
         let side_tag = tag::EAR + u16::from(mirrored);
         let root = poll + up * 0.085 + vec3(0.065 * side, 0.0, 0.0) - along * 0.02;
-        let axis = if kind == Kind::Zebra { vec3(0.35 * side, 0.9, -0.12) } else { vec3(0.95 * side, -0.02, -0.25) }.normalize();
-        let path: Vec<(Vec3, f32, f32)> =
-            [(0.0, 0.022, 0.016), (0.075, 0.042, 0.020), (0.15, 0.022, 0.012)].iter().map(|&(t, a, b)| (root + axis * t, a, b)).collect();
+        let axis = if kind == Kind::Zebra { vec3(0.35 * side, 0.9, -0.12) } else { vec3(0.95 * side, -0.02, -0.25) }
+            .normalize();
+        let path: Vec<(Vec3, f32, f32)> = [(0.0, 0.022, 0.016), (0.075, 0.042, 0.020), (0.15, 0.022, 0.012)]
+            .iter()
+            .map(|&(t, a, b)| (root + axis * t, a, b))
+            .collect();
         add_spindle(shape, &path, 6, chart::EAR, part::EAR, side_tag, mirrored);
         if kind == Kind::Gnu {
             let root = poll + up * 0.10;
-            let steps = [(0.02, 0.00, 0.045), (0.12, -0.02, 0.038), (0.22, -0.01, 0.028), (0.27, 0.09, 0.019), (0.23, 0.18, 0.007)];
+            let steps = [
+                (0.02, 0.00, 0.045),
+                (0.12, -0.02, 0.038),
+                (0.22, -0.01, 0.028),
+                (0.27, 0.09, 0.019),
+                (0.23, 0.18, 0.007),
+            ];
             let path: Vec<(Vec3, f32, f32)> =
                 steps.iter().map(|&(x, y, g)| (root + vec3(x * side, y, 0.03 * (x / 0.27)), g, g)).collect();
             add_spindle(shape, &path, 4, chart::HORN, part::HORN, tag::HEAD, mirrored);
@@ -299,11 +327,20 @@ fn add_ears_and_more(shape: &mut Shape, kind: Kind, list: &[Ring]) {
     }
     let rump = &list[0];
     let base = vec3(0.0, rump.y + 0.10, rump.z + 0.035);
-    let tail = [(0.0, 0.0, 0.030), (-0.085, -0.07, 0.026), (-0.115, -0.26, 0.019), (-0.12, -0.40, 0.036), (-0.115, -0.58, 0.030), (-0.11, -0.68, 0.008)];
+    let tail = [
+        (0.0, 0.0, 0.030),
+        (-0.085, -0.07, 0.026),
+        (-0.115, -0.26, 0.019),
+        (-0.12, -0.40, 0.036),
+        (-0.115, -0.58, 0.030),
+        (-0.11, -0.68, 0.008),
+    ];
     let thick = if kind == Kind::Gnu { 1.35 } else { 1.0 };
     let path: Vec<(Vec3, f32, f32)> = tail
         .iter()
-        .map(|&(z, y, g)| (base + vec3(0.0, y, z), g * if y < -0.3 { thick } else { 1.0 }, g * if y < -0.3 { thick } else { 1.0 }))
+        .map(|&(z, y, g)| {
+            (base + vec3(0.0, y, z), g * if y < -0.3 { thick } else { 1.0 }, g * if y < -0.3 { thick } else { 1.0 })
+        })
         .collect();
     add_spindle(shape, &path, 6, chart::TAIL, part::TAIL, tag::TAIL, false);
     // The mane stands on the crest from the withers to the poll; a gnu has a beard under its throat as well.
@@ -348,7 +385,10 @@ fn coat(kind: Kind, list: &[Ring], s: &Spot) -> (Vec3, u8) {
             let inner = smoothstep(0.25, 0.5, s.along) * smoothstep(0.98, 0.8, s.along);
             (pale.lerp(dark, if s.along > 0.78 { 0.9 } else { 0.25 * inner }), region::COAT)
         }
-        part::TAIL => (if s.along > 0.48 { dark } else { stripes(kind, pale, dark, s.along * 16.0) }, if s.along > 0.48 { region::HAIR } else { region::COAT }),
+        part::TAIL => (
+            if s.along > 0.48 { dark } else { stripes(kind, pale, dark, s.along * 16.0) },
+            if s.along > 0.48 { region::HAIR } else { region::COAT },
+        ),
         part::MANE => {
             let strand = 0.85 + 0.15 * libm::sinf(s.along * 150.0);
             (if zebra { stripes(kind, pale, dark, s.along * 13.0) } else { dark * strand }, region::HAIR)
@@ -413,14 +453,17 @@ fn body_coat(kind: Kind, list: &[Ring], pale: Vec3, dark: Vec3, s: &Spot, p: Vec
         // Behind the groin the stripes fan out round it: upright on the flank, level on the haunch.
         let (back, high) = (-0.40 - p.z, p.y - 0.76);
         let fan = 14.0 * 0.41 - 5.4 * libm::atan2f(back, high);
-        let x = if back > 0.0 { mix(s.along * 14.0, fan, smoothstep(0.0, 0.12, back)) } else { s.along * 14.0 } + wobble;
+        let x =
+            if back > 0.0 { mix(s.along * 14.0, fan, smoothstep(0.0, 0.12, back)) } else { s.along * 14.0 } + wobble;
         let c = stripes(kind, pale, dark, x);
         let back = bell(around_belly(s.around) - 0.5, 0.012);
         return c.lerp(pale, 0.9 * smoothstep(0.09, 0.03, belly)).lerp(dark, back);
     }
     // Plain: paler flank, dark face and chest, faint brindle on the shoulder.
     let front = smoothstep(list[4].z, list[8].z, p.z);
-    let brindle = smoothstep(0.55, 0.8, libm::sinf(s.along * 62.0 + 2.0 * libm::sinf(p.y * 9.0))) * bell(p.z - 0.45, 0.22) * smoothstep(0.15, 0.3, belly);
+    let brindle = smoothstep(0.55, 0.8, libm::sinf(s.along * 62.0 + 2.0 * libm::sinf(p.y * 9.0)))
+        * bell(p.z - 0.45, 0.22)
+        * smoothstep(0.15, 0.3, belly);
     let c = pale.lerp(dark, 0.10 + 0.25 * front * smoothstep(0.25, 0.0, belly));
     c.lerp(dark, 0.55 * brindle).lerp(dark, 0.35 * bell(belly - 0.5, 0.05))
 }
@@ -480,7 +523,14 @@ fn skeleton(kind: Kind, list: &[Ring]) -> Vec<Joint> {
     for side in 0..2 {
         let s = if side == 0 { 1.0 } else { -1.0 };
         let (x, z) = leg_place(false);
-        let places = [(1.17, -0.06, "scapula"), (0.86, 0.07, "humerus"), (0.72, -0.04, "radius"), (0.435, 0.015, "cannon_fore"), (0.13, 0.005, "pastern_fore"), (0.07, 0.025, "hoof_fore")];
+        let places = [
+            (1.17, -0.06, "scapula"),
+            (0.86, 0.07, "humerus"),
+            (0.72, -0.04, "radius"),
+            (0.435, 0.015, "cannon_fore"),
+            (0.13, 0.005, "pastern_fore"),
+            (0.07, 0.025, "hoof_fore"),
+        ];
         for (n, (y, dz, name)) in places.into_iter().enumerate() {
             let parent = if n == 0 { joint::CHEST } else { joint::LEGS + 6 * side + n - 1 };
             add(format!("{name}_{}", ["l", "r"][side]), Some(parent), vec3(x * s, y, z + dz));
@@ -489,7 +539,13 @@ fn skeleton(kind: Kind, list: &[Ring]) -> Vec<Joint> {
     for side in 0..2 {
         let s = if side == 0 { 1.0 } else { -1.0 };
         let (x, z) = leg_place(true);
-        let places = [(1.02, 0.0, "femur"), (0.72, 0.10, "tibia"), (0.455, -0.085, "cannon_hind"), (0.13, -0.055, "pastern_hind"), (0.07, -0.030, "hoof_hind")];
+        let places = [
+            (1.02, 0.0, "femur"),
+            (0.72, 0.10, "tibia"),
+            (0.455, -0.085, "cannon_hind"),
+            (0.13, -0.055, "pastern_hind"),
+            (0.07, -0.030, "hoof_hind"),
+        ];
         for (n, (y, dz, name)) in places.into_iter().enumerate() {
             let parent = if n == 0 { joint::HIPS } else { joint::LEGS + 12 + 5 * side + n - 1 };
             add(format!("{name}_{}", ["l", "r"][side]), Some(parent), vec3(x * s, y, z + dz));
@@ -560,122 +616,4 @@ fn weights(joints: &[Joint], p: Vec3, what: u16) -> Vec<(usize, f32)> {
     let total: f32 = list.iter().map(|x| x.1).sum();
     list.iter_mut().for_each(|x| x.1 /= total);
     list
-}
-
-/// Puts a hoof `z`, `y` metres from its bind place, its foot folded back by `fold` degrees.
-fn put_hoof(pose: &mut Pose, joints: &[Joint], hind: bool, side: usize, z: f32, y: f32, fold: f32) {
-    let (first, _) = leg_joints(hind, side);
-    if hind {
-        let (femur, tibia, cannon, pastern) = (first, first + 1, first + 2, first + 3);
-        let swing = turn(Vec3::X, fold * 0.55 - z * 40.0);
-        let down = joints[pastern].position - joints[cannon].position;
-        let hock = joints[pastern].position + vec3(0.0, y, z) - swing * down;
-        pose.reach(joints, femur, tibia, cannon, hock, Vec3::Z, swing);
-        pose.rotations[pastern] = (swing.inverse() * turn(Vec3::X, fold)).normalize();
-    } else {
-        let (humerus, radius, cannon, pastern) = (first + 1, first + 2, first + 3, first + 4);
-        pose.rotations[first] = turn(Vec3::X, -z * 22.0);
-        pose.rotations[humerus] = turn(Vec3::X, -z * 18.0 - 0.25 * fold);
-        let target = joints[pastern].position + vec3(0.0, y, z);
-        pose.reach(joints, radius, cannon, pastern, target, Vec3::Z, turn(Vec3::X, fold));
-    }
-}
-
-fn clips(kind: Kind, joints: &[Joint]) -> Vec<Clip> {
-    vec![
-        clip("walk", joints, 1.3, 24, 2, &|p| walk(joints, kind, p)),
-        clip("run", joints, 0.62, 20, 2, &|p| gallop(joints, kind, p)),
-        clip("graze", joints, 5.0, 30, 2, &|p| graze(joints, kind, p)),
-    ]
-}
-
-fn wave(p: f32) -> f32 {
-    libm::cosf(TAU * p)
-}
-
-fn step(phase: f32, stance: f32) -> (f32, f32) {
-    let p = phase - libm::floorf(phase);
-    if p < stance {
-        (0.5 - p / stance, 0.0)
-    } else {
-        let t = (p - stance) / (1.0 - stance);
-        (smoothstep(0.0, 1.0, t) - 0.5, libm::sinf(0.5 * TAU * t))
-    }
-}
-
-fn tail_and_ears(pose: &mut Pose, p: f32, lift: f32) {
-    for n in 0..7 {
-        let late = p - 0.07 * n as f32;
-        let up = if n < 2 { lift } else { 0.0 };
-        pose.rotations[joint::TAIL + n] = turn(Vec3::Z, 5.0 * wave(late)) * turn(Vec3::X, up);
-    }
-    for side in 0..2 {
-        let s = if side == 0 { 1.0 } else { -1.0 };
-        pose.rotations[joint::EARS + 2 * side] = turn(Vec3::Y, s * 9.0 * wave(2.0 * p + 0.2 * side as f32));
-    }
-}
-
-fn walk(joints: &[Joint], kind: Kind, p: f32) -> Pose {
-    let mut pose = Pose::rest(joints);
-    pose.root = vec3(0.012 * wave(p), -0.018 + 0.010 * wave(2.0 * p), 0.0);
-    pose.rotations[joint::HIPS] = turn(Vec3::Y, 2.5 * wave(p + 0.1)) * turn(Vec3::Z, 1.5 * wave(p));
-    pose.rotations[joint::SPINE] = turn(Vec3::Y, -2.0 * wave(p + 0.1));
-    pose.rotations[joint::SPINE + 2] = turn(Vec3::Y, -1.5 * wave(p + 0.1));
-    for n in 0..4 {
-        let low = if kind == Kind::Zebra { 3.0 } else { 2.0 };
-        pose.rotations[joint::NECK + n] = turn(Vec3::X, low + 1.6 * wave(2.0 * p - 0.15));
-    }
-    pose.rotations[joint::HEAD] = turn(Vec3::X, -6.0 - 3.0 * wave(2.0 * p - 0.05));
-    tail_and_ears(&mut pose, p, 2.0);
-    // Lateral sequence: left hind, left fore, right hind, right fore.
-    for (hind, side, phase) in [(true, 0, 0.0), (false, 0, 0.77), (true, 1, 0.5), (false, 1, 0.27)] {
-        let (z, up) = step(p + phase, 0.62);
-        let reach = if hind { 0.50 } else { 0.48 };
-        put_hoof(&mut pose, joints, hind, side, z * reach, 0.09 * up, 42.0 * up);
-    }
-    pose
-}
-
-fn gallop(joints: &[Joint], kind: Kind, p: f32) -> Pose {
-    let mut pose = Pose::rest(joints);
-    let rock = wave(p - 0.12);
-    pose.root = vec3(0.0, -0.03 + 0.055 * wave(p - 0.42), 0.0);
-    pose.rotations[joint::HIPS] = turn(Vec3::X, 6.0 * rock);
-    for n in 0..3 {
-        pose.rotations[joint::SPINE + n] = turn(Vec3::X, 4.0 * wave(p - 0.35));
-    }
-    pose.rotations[joint::CHEST] = turn(Vec3::X, -5.0 * wave(p - 0.30));
-    for n in 0..4 {
-        let stretch = if kind == Kind::Zebra { 6.0 } else { 3.0 };
-        pose.rotations[joint::NECK + n] = turn(Vec3::X, stretch - 4.0 * wave(p - 0.2));
-    }
-    pose.rotations[joint::HEAD] = turn(Vec3::X, -14.0 + 7.0 * wave(p - 0.15));
-    tail_and_ears(&mut pose, p, 18.0);
-    for (hind, side, phase) in [(true, 0, 0.0), (true, 1, -0.10), (false, 0, -0.46), (false, 1, -0.58)] {
-        let (z, up) = step(p + phase, 0.30);
-        let reach = if hind { 0.78 } else { 0.80 };
-        let forward = if hind { 0.05 } else { -0.02 };
-        put_hoof(&mut pose, joints, hind, side, z * reach + forward, 0.20 * up, 72.0 * up);
-    }
-    pose
-}
-
-fn graze(joints: &[Joint], kind: Kind, p: f32) -> Pose {
-    let mut pose = Pose::rest(joints);
-    let down = smoothstep(0.02, 0.26, p) * smoothstep(0.98, 0.76, p);
-    let munch = down * wave(5.0 * p);
-    pose.root = vec3(0.0, -0.015 - 0.05 * down, -0.03 * down);
-    pose.rotations[joint::SPINE + 1] = turn(Vec3::X, 3.0 * down);
-    pose.rotations[joint::CHEST] = turn(Vec3::X, 12.0 * down);
-    let bend = if kind == Kind::Zebra { [50.0, 36.0, 14.0, 2.0] } else { [42.0, 30.0, 8.0, 0.0] };
-    for (n, b) in bend.into_iter().enumerate() {
-        pose.rotations[joint::NECK + n] = turn(Vec3::X, b * down) * turn(Vec3::Y, 3.0 * down * libm::sinf(TAU * 2.0 * p));
-    }
-    pose.rotations[joint::HEAD] = turn(Vec3::X, -30.0 * down + 2.0 * munch);
-    pose.rotations[joint::JAW] = turn(Vec3::X, 3.0 * down + 3.0 * munch);
-    tail_and_ears(&mut pose, 2.0 * p, 1.0);
-    for (hind, side, z) in [(true, 0, 0.03), (true, 1, -0.05), (false, 0, 0.20), (false, 1, -0.14)] {
-        put_hoof(&mut pose, joints, hind, side, z, 0.0, 0.0);
-    }
-    pose
 }

@@ -100,14 +100,14 @@ impl Writer {
         }
         let offset = self.bytes.len();
         self.bytes.extend_from_slice(bytes);
-        self.views
-            .push(format!("{{\"buffer\":0,\"byteOffset\":{offset},\"byteLength\":{}{extra}}}", bytes.len()));
+        self.views.push(format!("{{\"buffer\":0,\"byteOffset\":{offset},\"byteLength\":{}{extra}}}", bytes.len()));
         self.views.len() - 1
     }
 
     fn floats<const N: usize>(&mut self, rows: &[[f32; N]], kind: &str, bounds: bool, target: &str) -> usize {
         let view = self.view(bytemuck::cast_slice(rows.as_flattened()), target);
-        let mut text = format!("{{\"bufferView\":{view},\"componentType\":5126,\"count\":{},\"type\":\"{kind}\"", rows.len());
+        let mut text =
+            format!("{{\"bufferView\":{view},\"componentType\":5126,\"count\":{},\"type\":\"{kind}\"", rows.len());
         if bounds {
             let fold = |f: fn(f32, f32) -> f32| {
                 let mut m = rows[0];
@@ -200,11 +200,8 @@ impl Document {
             sections.push(format!("\"meshes\":[{}]", meshes.join(",")));
         }
         if !self.joints.is_empty() {
-            let inverse: Vec<[f32; 16]> = self
-                .joints
-                .iter()
-                .map(|(_, p)| glam::Mat4::from_translation(-*p).to_cols_array())
-                .collect();
+            let inverse: Vec<[f32; 16]> =
+                self.joints.iter().map(|(_, p)| glam::Mat4::from_translation(-*p).to_cols_array()).collect();
             let matrices = w.floats(&inverse, "MAT4", false, "");
             let list: Vec<String> = self.joints.iter().map(|j| j.0.to_string()).collect();
             sections.push(format!(

@@ -103,15 +103,26 @@ fn run_foot(phase: f32) -> (f32, f32, f32) {
     let p = phase - libm::floorf(phase);
     let stance = 0.34;
     let z = if p < stance { 0.42 - 0.92 * p / stance } else { 0.92 * smoothstep(stance + 0.06, 0.94, p) - 0.50 };
-    let lift = Profile::new(&[(0.0, 0.0), (0.34, 0.0), (0.48, 2.6), (0.60, 3.3), (0.74, 2.3), (0.90, 0.7), (1.0, 0.0)]).at(p);
-    let pitch = Profile::new(&[(0.0, -6.0), (0.08, 0.0), (0.2, 8.0), (0.34, 45.0), (0.5, 62.0), (0.75, 12.0), (0.92, -10.0), (1.0, -6.0)]);
+    let lift =
+        Profile::new(&[(0.0, 0.0), (0.34, 0.0), (0.48, 2.6), (0.60, 3.3), (0.74, 2.3), (0.90, 0.7), (1.0, 0.0)]).at(p);
+    let pitch = Profile::new(&[
+        (0.0, -6.0),
+        (0.08, 0.0),
+        (0.2, 8.0),
+        (0.34, 45.0),
+        (0.5, 62.0),
+        (0.75, 12.0),
+        (0.92, -10.0),
+        (1.0, -6.0),
+    ]);
     (z, lift, pitch.at(p))
 }
 
 /// The clips of one person; `nodes` is the first joint's node.
 pub fn clips(joints: &[Joint], manner: &Manner, strong: &str, nodes: usize) -> Vec<Clip> {
     let m = *manner;
-    let strong_pose: &dyn Fn(f32) -> Pose = if strong == "sit" { &|p| sit(joints, &m, p) } else { &|p| bend(joints, &m, p) };
+    let strong_pose: &dyn Fn(f32) -> Pose =
+        if strong == "sit" { &|p| sit(joints, &m, p) } else { &|p| bend(joints, &m, p) };
     vec![
         clip("idle", joints, 4.0, 24, nodes, &|p| idle(joints, &m, p)),
         clip("walk", joints, m.walk_seconds, 24, nodes, &|p| walk(joints, &m, p)),
@@ -139,10 +150,18 @@ fn idle(joints: &[Joint], m: &Manner, p: f32) -> Pose {
     pose.rotations[joint::CHEST] = turn(Vec3::X, 0.3 * m.stoop - 0.8 * breath) * turn(Vec3::Z, 0.8 * shift);
     pose.rotations[joint::UPPER_CHEST] = turn(Vec3::X, 0.3 * m.stoop - 0.8 * breath);
     pose.rotations[joint::NECK] = turn(Vec3::X, -0.4 * m.stoop + 0.8 * breath);
-    pose.rotations[joint::HEAD] = turn(Vec3::Y, 9.0 * libm::sinf(TAU * p + 0.8)) * turn(Vec3::X, -0.5 * m.stoop + 1.5 * shift);
+    pose.rotations[joint::HEAD] =
+        turn(Vec3::Y, 9.0 * libm::sinf(TAU * p + 0.8)) * turn(Vec3::X, -0.5 * m.stoop + 1.5 * shift);
     for side in 0..2 {
         let s = if side == 0 { 1.0 } else { -1.0 };
-        pose_arm(&mut pose, side, 2.0 + 1.5 * breath * 0.5 + s * shift, m.arms_out + 1.0 + 0.8 * breath, 14.0 + s * 2.0, 6.0);
+        pose_arm(
+            &mut pose,
+            side,
+            2.0 + 1.5 * breath * 0.5 + s * shift,
+            m.arms_out + 1.0 + 0.8 * breath,
+            14.0 + s * 2.0,
+            6.0,
+        );
         curl_fingers(&mut pose, side, 16.0);
         put_foot(&mut pose, joints, side, Vec3::new(s * 0.004, 0.0, s * 0.015), 0.0, 0.0);
     }
@@ -162,7 +181,8 @@ fn walk(joints: &[Joint], m: &Manner, p: f32) -> Pose {
     pose.rotations[joint::CHEST] = turn(Vec3::Y, 0.7 * yaw) * turn(Vec3::Z, -0.5 * roll) * turn(Vec3::X, 0.3 * m.stoop);
     pose.rotations[joint::UPPER_CHEST] = turn(Vec3::Y, 0.5 * yaw) * turn(Vec3::X, 0.3 * m.stoop);
     pose.rotations[joint::NECK] = turn(Vec3::Y, -0.4 * yaw) * turn(Vec3::X, -0.5 * m.stoop);
-    pose.rotations[joint::HEAD] = turn(Vec3::Y, -0.5 * yaw) * turn(Vec3::X, -2.0 - 0.5 * m.stoop + 1.2 * wave(2.0 * p + 0.2));
+    pose.rotations[joint::HEAD] =
+        turn(Vec3::Y, -0.5 * yaw) * turn(Vec3::X, -2.0 - 0.5 * m.stoop + 1.2 * wave(2.0 * p + 0.2));
     for side in 0..2 {
         let q = p + 0.5 * side as f32;
         let swing = -24.0 * m.swing * wave(q - 0.04);
@@ -171,7 +191,14 @@ fn walk(joints: &[Joint], m: &Manner, p: f32) -> Pose {
         let (z, lift, pitch) = walk_foot(q);
         let s = if side == 0 { 1.0 } else { -1.0 };
         let offset = Vec3::new(-s * 0.018, 0.055 * leg * lift, z * m.step * leg);
-        put_foot(&mut pose, joints, side, offset, pitch, if z < 0.1 { pitch.max(0.0) * smoothstep(0.66, 0.55, q - libm::floorf(q)) } else { 0.0 });
+        put_foot(
+            &mut pose,
+            joints,
+            side,
+            offset,
+            pitch,
+            if z < 0.1 { pitch.max(0.0) * smoothstep(0.66, 0.55, q - libm::floorf(q)) } else { 0.0 },
+        );
     }
     hair_sways(&mut pose, -4.0 + 5.0 * wave(2.0 * p + 0.15), 6.0 * wave(p - 0.1));
     pose
@@ -220,10 +247,18 @@ fn sit(joints: &[Joint], m: &Manner, p: f32) -> Pose {
     pose.rotations[joint::SPINE] = turn(Vec3::X, 12.0 * bow + 5.0 * a + 0.4 * m.stoop);
     pose.rotations[joint::CHEST] = turn(Vec3::X, 6.0 * bow + 4.0 * a + 0.3 * m.stoop);
     pose.rotations[joint::NECK] = turn(Vec3::X, -16.0 * bow - 0.4 * m.stoop);
-    pose.rotations[joint::HEAD] = turn(Vec3::X, -10.0 * bow + 2.0 * a) * turn(Vec3::Y, 14.0 * a * libm::sinf(TAU * 2.0 * p));
+    pose.rotations[joint::HEAD] =
+        turn(Vec3::X, -10.0 * bow + 2.0 * a) * turn(Vec3::Y, 14.0 * a * libm::sinf(TAU * 2.0 * p));
     for side in 0..2 {
         let s = if side == 0 { 1.0 } else { -1.0 };
-        pose_arm(&mut pose, side, 2.0 + 17.0 * a + 20.0 * bow, m.arms_out + 3.0 * a, 14.0 + s * 2.0 * (1.0 - a) + 42.0 * a, 6.0 + 6.0 * a);
+        pose_arm(
+            &mut pose,
+            side,
+            2.0 + 17.0 * a + 20.0 * bow,
+            m.arms_out + 3.0 * a,
+            14.0 + s * 2.0 * (1.0 - a) + 42.0 * a,
+            6.0 + 6.0 * a,
+        );
         curl_fingers(&mut pose, side, 16.0);
         put_foot(&mut pose, joints, side, Vec3::new(s * 0.02 * a, 0.0, 0.0), 0.0, 0.0);
     }

@@ -116,10 +116,14 @@ pub fn weights(f: &Figure, joints: &[Joint], p: Vec3, what: u16) -> Vec<(usize, 
         tag::TRUNK | tag::SKIRT => {
             let shoulder = f.shoulder();
             let out = (q - shoulder).dot(f.arm_axis()) / h;
-            let arm = smoothstep(-0.030, 0.050, out) * smoothstep(0.60, 0.74, (p.y - f.trunk_y(0.0)) / (f.trunk_y(1.0) - f.trunk_y(0.0)));
-            let clavicle = smoothstep(0.2, 0.95, q.x / shoulder.x) * smoothstep(f.trunk_y(0.66), f.trunk_y(0.88), p.y) * (1.0 - arm);
-            let deep = if what == tag::SKIRT { 0.95 } else { 1.0 };
-            let leg = deep * smoothstep(f.trunk_y(0.20), f.trunk_y(if what == tag::SKIRT { -0.25 } else { -0.06 }), p.y);
+            let arm = smoothstep(-0.030, 0.050, out)
+                * smoothstep(0.60, 0.74, (p.y - f.trunk_y(0.0)) / (f.trunk_y(1.0) - f.trunk_y(0.0)));
+            let clavicle = smoothstep(0.2, 0.95, q.x / shoulder.x)
+                * smoothstep(f.trunk_y(0.66), f.trunk_y(0.88), p.y)
+                * (1.0 - arm);
+            // A skirt hangs from the hips a little further down than the skin under it.
+            let low = if what == tag::SKIRT { -0.10 } else { -0.06 };
+            let leg = smoothstep(f.trunk_y(0.20), f.trunk_y(low), p.y);
             spine_weights(f, &mut w, p, 1.0 - arm - 0.7 * clavicle - leg);
             w[side * joint::RIGHT + joint::UPPER_ARM] += arm;
             w[side * joint::RIGHT + joint::CLAVICLE] += 0.7 * clavicle;
@@ -196,7 +200,8 @@ fn leg_weights(f: &Figure, w: &mut [f32], q: Vec3, side: usize) {
     let h = f.build.height;
     let hip = smoothstep(-0.20, 0.12, s);
     let knee = smoothstep(0.40, 0.60, s);
-    let foot = smoothstep(0.93, 1.03, s).max(smoothstep(0.030, 0.05, (q.z - f.leg_at(1.0).z) / h) * smoothstep(0.8, 0.9, s));
+    let foot =
+        smoothstep(0.93, 1.03, s).max(smoothstep(0.030, 0.05, (q.z - f.leg_at(1.0).z) / h) * smoothstep(0.8, 0.9, s));
     let toes = smoothstep(0.070, 0.100, (q.z - f.leg_at(1.0).z) / h) * foot;
     // The inside of the thigh shares a little with the other leg, so that the crotch stays whole.
     let other = 0.5 * smoothstep(0.024 * h, 0.0, q.x) * smoothstep(0.10, 0.0, s);

@@ -61,7 +61,14 @@ fn draw_sheets(args: &Args) -> std::io::Result<()> {
     Ok(())
 }
 
-fn draw_sheet(args: &Args, name: &str, document: &Document, body: (Vec3, f32), face: (Vec3, f32), clips: [&str; 4]) -> std::io::Result<()> {
+fn draw_sheet(
+    args: &Args,
+    name: &str,
+    document: &Document,
+    body: (Vec3, f32),
+    face: (Vec3, f32),
+    clips: [&str; 4],
+) -> std::io::Result<()> {
     let primitive = &document.meshes[0].1[0];
     println!(
         "{name}: {} triangles, {} vertices, {} joints",
@@ -79,7 +86,12 @@ fn draw_sheet(args: &Args, name: &str, document: &Document, body: (Vec3, f32), f
     };
     let stand = clips[0];
     let rows = [
-        [shot(stand, 0.0, 0.0, body), shot(stand, 0.0, 35.0, body), shot(stand, 0.0, 90.0, body), shot(stand, 0.0, 180.0, body)],
+        [
+            shot(stand, 0.0, 0.0, body),
+            shot(stand, 0.0, 35.0, body),
+            shot(stand, 0.0, 90.0, body),
+            shot(stand, 0.0, 180.0, body),
+        ],
         [shot("", 0.0, 0.0, face), shot("", 0.0, 40.0, face), shot("", 0.0, 90.0, face), shot("", 0.0, 0.0, body)],
         [
             shot(clips[1], 0.0, 70.0, body),

@@ -42,7 +42,16 @@ impl Pose {
 
     /// Bends the two bones `upper`, `lower` so that `end` comes to `target` (world, metres) and is turned by `end_turn`
     /// (world). The middle joint points towards `pole`. A target out of reach is approached.
-    pub fn reach(&mut self, joints: &[Joint], upper: usize, lower: usize, end: usize, target: Vec3, pole: Vec3, end_turn: Quat) {
+    pub fn reach(
+        &mut self,
+        joints: &[Joint],
+        upper: usize,
+        lower: usize,
+        end: usize,
+        target: Vec3,
+        pole: Vec3,
+        end_turn: Quat,
+    ) {
         let globals = self.globals(joints);
         let parent = joints[upper].parent.map_or(Quat::IDENTITY, |p| globals[p].0);
         let hip = globals[upper].1;
@@ -84,7 +93,14 @@ pub fn turn(axis: Vec3, degrees: f32) -> Quat {
 /// Samples `pose_at` (phase 0..1) into a clip of `keys` + 1 keys; the last key is the first, bit for bit.
 ///
 /// Curves that stay at rest are left out.
-pub fn clip(name: &str, joints: &[Joint], seconds: f32, keys: usize, first_node: usize, pose_at: &dyn Fn(f32) -> Pose) -> Clip {
+pub fn clip(
+    name: &str,
+    joints: &[Joint],
+    seconds: f32,
+    keys: usize,
+    first_node: usize,
+    pose_at: &dyn Fn(f32) -> Pose,
+) -> Clip {
     let mut poses: Vec<Pose> = (0..keys).map(|k| pose_at(k as f32 / keys as f32)).collect();
     poses.push(poses[0].clone());
     let times = (0..=keys).map(|k| seconds * k as f32 / keys as f32).collect();

@@ -54,7 +54,13 @@ impl Cloth {
         let repeats = |n: f32| libm::roundf(n * round).max(2.0);
         match *self {
             Cloth::Plain(c) => c * mix(0.985, 1.015, part(libm::sinf(along * 913.0) * 43.7)),
-            Cloth::Stripes(a, b, gap, share) => if part(along / gap) < share { b } else { a },
+            Cloth::Stripes(a, b, gap, share) => {
+                if part(along / gap) < share {
+                    b
+                } else {
+                    a
+                }
+            }
             Cloth::Plaid(ground, band, line, gap, turns) => {
                 let (u, v) = (part(around * repeats(turns)), part(along / gap));
                 let mut c = ground;
@@ -76,9 +82,16 @@ impl Cloth {
                     _ => a.lerp(b, 0.5),
                 }
             }
-            Cloth::Pin(a, b, turns) => if part(around * repeats(turns)) < 0.12 { b } else { a },
+            Cloth::Pin(a, b, turns) => {
+                if part(around * repeats(turns)) < 0.12 {
+                    b
+                } else {
+                    a
+                }
+            }
             Cloth::Denim(a, b) => {
-                let fade = bell(around_front(around), 0.13) * (bell(along - 0.25, 0.16) + 0.7 * bell(along - 0.5, 0.07));
+                let fade =
+                    bell(around_front(around), 0.13) * (bell(along - 0.25, 0.16) + 0.7 * bell(along - 0.5, 0.07));
                 let thread = 0.03 * libm::sinf(along * 700.0 + around * 260.0);
                 a.lerp(b, fade.min(1.0)) + Vec3::splat(thread)
             }
@@ -247,7 +260,9 @@ fn head(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
     c = c.lerp(look.skin * 1.08, 0.5 * bell(x, 0.018) * smoothstep(0.32, 0.36, hy) * smoothstep(0.52, 0.44, hy));
     c = c.lerp(darker(look.skin, 0.76), 0.45 * bell(x, 0.05) * bell(hy - 0.137, 0.012));
     if look.age > 0.0 {
-        let fold = bell(ax - 0.085 - 0.4 * (0.30 - hy).max(0.0), 0.007) * smoothstep(0.20, 0.24, hy) * smoothstep(0.33, 0.29, hy);
+        let fold = bell(ax - 0.085 - 0.4 * (0.30 - hy).max(0.0), 0.007)
+            * smoothstep(0.20, 0.24, hy)
+            * smoothstep(0.33, 0.29, hy);
         let brow = smoothstep(0.2, 0.1, ax) * (bell(hy - 0.665, 0.005) + bell(hy - 0.70, 0.005));
         let bag = bell(hy - 0.445 + 0.8 * (ax - 0.155) * (ax - 0.155) * 4.0, 0.006) * bell(ax - 0.155, 0.05);
         c = c.lerp(darker(look.skin, 0.68), look.age * (fold + 0.7 * brow + bag).min(1.0));
@@ -417,13 +432,26 @@ fn trunk(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
         let rim = back_pocket && ((x.abs() - 0.075).abs() > 0.037 || (t - 0.10).abs() > 0.054);
         if fly || pocket || rim { darker(c, 0.72) } else { c }
     };
-    let legs = look.legs.at(low - s.position.y + 0.02, s.around, 1.0);
+    // Under a patterned skirt the hips are plain.
+    let legs = match look.legs {
+        Cloth::Bands(ground, ..) => ground,
+        _ => look.legs.at(low - s.position.y + 0.02, s.around, 1.0),
+    };
     if t < look.hem {
         if let Some(belt) = look.belt {
             if t > look.hem - 0.085 {
                 let buckle = front && x.abs() < 0.024;
                 let hole = buckle && x.abs() < 0.014 && (t - look.hem + 0.042).abs() < 0.022;
-                return (if hole { darker(belt, 0.6) } else if buckle { rgb(0xd9b65a) } else { belt }, region::TRIM);
+                return (
+                    if hole {
+                        darker(belt, 0.6)
+                    } else if buckle {
+                        rgb(0xd9b65a)
+                    } else {
+                        belt
+                    },
+                    region::TRIM,
+                );
             }
         }
         return (seat(legs), region::LEGWEAR);
@@ -447,8 +475,13 @@ fn trunk(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
             }
         }
         Front::Bib => {
-            let bib = if front { x.abs() < 0.105 - 0.03 * (t - 0.45) && t < 0.74 } else { x.abs() < 0.11 - 0.35 * (t - 0.3).max(0.0) && t < 0.62 };
-            let strap = (x.abs() - if front { 0.078 } else { 0.03 + 0.055 * smoothstep(0.6, 0.95, t) }).abs() < 0.019 && t > 0.6;
+            let bib = if front {
+                x.abs() < 0.105 - 0.03 * (t - 0.45) && t < 0.74
+            } else {
+                x.abs() < 0.11 - 0.35 * (t - 0.3).max(0.0) && t < 0.62
+            };
+            let strap = (x.abs() - if front { 0.078 } else { 0.03 + 0.055 * smoothstep(0.6, 0.95, t) }).abs() < 0.019
+                && t > 0.6;
             if front && t > 0.68 && t < 0.725 && (x.abs() - 0.078).abs() < 0.016 {
                 return (rgb(0xe2c06a), region::TRIM);
             }
@@ -478,8 +511,10 @@ fn trunk(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
                 if front && t < 0.62 && x * x + d * d < 0.008 * 0.008 {
                     return (rgb(0xd9b65a), region::TRIM);
                 }
-                let edge = front && (x.abs() < 0.003 || (t > 0.60 && x.abs() < 0.115 * smoothstep(0.60, 1.02, t) + 0.006));
-                let bone = libm::sinf(s.around * 48.0 * core::f32::consts::TAU) * libm::sinf(s.position.y * 420.0) > 0.35;
+                let edge =
+                    front && (x.abs() < 0.003 || (t > 0.60 && x.abs() < 0.115 * smoothstep(0.60, 1.02, t) + 0.006));
+                let bone =
+                    libm::sinf(s.around * 48.0 * core::f32::consts::TAU) * libm::sinf(s.position.y * 420.0) > 0.35;
                 let c = if bone { cloth * 1.13 } else { cloth };
                 return (if edge { darker(c, 0.65) } else { c }, region::TRIM);
             }
@@ -495,7 +530,10 @@ fn trunk(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
             return (darker(look.top.ground(), 0.78), region::TOP);
         }
     } else if let Some(collar) = look.collar {
-        let points = front && t > 0.90 && x.abs() < 0.075 && t > 0.985 - 0.085 * smoothstep(0.075, 0.02, x.abs()) * smoothstep(0.004, 0.02, x.abs());
+        let points = front
+            && t > 0.90
+            && x.abs() < 0.075
+            && t > 0.985 - 0.085 * smoothstep(0.075, 0.02, x.abs()) * smoothstep(0.004, 0.02, x.abs());
         if points || t > 0.988 {
             return (collar, region::TOP);
         }

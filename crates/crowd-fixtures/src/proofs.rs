@@ -51,7 +51,13 @@ fn painted(name: &str, image: Option<usize>, colour: [f32; 4]) -> Material {
 }
 
 /// Adds a grid of (columns + 1) x (rows + 1) wedges; `at(u, v)` gives position and normal.
-fn add_grid(p: &mut Primitive, columns: usize, rows: usize, at: &dyn Fn(f32, f32) -> (Vec3, Vec3), uv: &dyn Fn(f32, f32) -> Vec2) {
+fn add_grid(
+    p: &mut Primitive,
+    columns: usize,
+    rows: usize,
+    at: &dyn Fn(f32, f32) -> (Vec3, Vec3),
+    uv: &dyn Fn(f32, f32) -> Vec2,
+) {
     let first = p.positions.len() as u32;
     for j in 0..=rows {
         for i in 0..=columns {
@@ -114,7 +120,12 @@ fn tube(square: bool) -> Document {
         }
         let side = ((u * 4.0) as usize).min(3);
         let t = (u * 4.0 - side as f32) * 0.4 - 0.2;
-        let (out, along) = [(vec2(0., 1.), vec2(1., 0.)), (vec2(1., 0.), vec2(0., -1.)), (vec2(0., -1.), vec2(-1., 0.)), (vec2(-1., 0.), vec2(0., 1.))][side];
+        let (out, along) = [
+            (vec2(0., 1.), vec2(1., 0.)),
+            (vec2(1., 0.), vec2(0., -1.)),
+            (vec2(0., -1.), vec2(-1., 0.)),
+            (vec2(-1., 0.), vec2(0., 1.)),
+        ][side];
         (out * 0.2 + along * t, out + along * (t / 0.4))
     };
     let body = |u: f32, v: f32| {
@@ -235,7 +246,20 @@ fn hat() -> Document {
         add_grid(&mut p, columns, n, &at, &|u, v| vec2(u, 1.0 - v));
         p
     };
-    let mut body = lathe(&[(0.0, 0.0), (0.25, 0.0), (0.22, 0.3), (0.16, 0.7), (0.10, 1.0), (0.2, 1.1), (0.24, 1.3), (0.16, 1.48), (0.0, 1.52)], 12);
+    let mut body = lathe(
+        &[
+            (0.0, 0.0),
+            (0.25, 0.0),
+            (0.22, 0.3),
+            (0.16, 0.7),
+            (0.10, 1.0),
+            (0.2, 1.1),
+            (0.24, 1.3),
+            (0.16, 1.48),
+            (0.0, 1.52),
+        ],
+        12,
+    );
     for q in &body.positions {
         let head = smoothstep(0.85, 1.1, q[1]);
         body.joints.push([0, u8::from(head > 0.0), 0, 0]);
@@ -301,7 +325,8 @@ fn two_seams() -> Document {
     for j in 0..N {
         for i in 0..N {
             let at = |di: usize, dj: usize, list: &[u32]| list[(j + dj) * (N + 1) + i + di];
-            let pick = |di: usize, dj: usize| if dj == 0 && cut(i + di, j) { at(di, 0, &beyond) } else { at(di, dj, &top) };
+            let pick =
+                |di: usize, dj: usize| if dj == 0 && cut(i + di, j) { at(di, 0, &beyond) } else { at(di, dj, &top) };
             let t = [pick(0, 0), pick(0, 1), pick(1, 1), pick(1, 0)];
             let l = [at(0, 0, &low), at(0, 1, &low), at(1, 1, &low), at(1, 0, &low)];
             // No triangle may have all its corners on the rim: it would lie on its own twin below.
@@ -346,7 +371,9 @@ pub fn triangle() -> Document {
 
 /// A wooden crate as OBJ: positions and texture corners are counted apart, faces are quads.
 fn crate_obj() -> Vec<Fixture> {
-    let mut text = String::from("# Separate v, vt and vn indices; quads; relative (negative) indices in the last face.\nmtllib painted_crate.mtl\no painted_crate\n");
+    let mut text = String::from(
+        "# Separate v, vt and vn indices; quads; relative (negative) indices in the last face.\nmtllib painted_crate.mtl\no painted_crate\n",
+    );
     for k in 0..8 {
         let s = |bit: usize| if k >> bit & 1 == 1 { 0.5 } else { -0.5 };
         text += &format!("v {} {} {}\n", s(0), s(1) + 0.5, s(2));
@@ -369,9 +396,18 @@ fn crate_obj() -> Vec<Fixture> {
             let brace = (x as i32 - y as i32).abs() < 10;
             let plank = if frame || brace { 0 } else { x / 20 };
             let gap = !frame && !brace && x % 20 == 14 || (frame && (x == 13 || y == 13 || x == 114 || y == 114));
-            let nail = [(7, 7), (120, 7), (7, 120), (120, 120)].iter().any(|&(a, b)| x.abs_diff(a) < 2 && y.abs_diff(b) < 2);
+            let nail =
+                [(7, 7), (120, 7), (7, 120), (120, 120)].iter().any(|&(a, b)| x.abs_diff(a) < 2 && y.abs_diff(b) < 2);
             let grain = libm::sinf((x as f32) * 0.9 + 3.0 * libm::sinf(y as f32 * 0.07 + plank as f32)) * 7.0;
-            let light = if gap { 0.45 } else if nail { 0.6 } else if frame || brace { 0.82 } else { 1.0 - 0.04 * (plank % 3) as f32 };
+            let light = if gap {
+                0.45
+            } else if nail {
+                0.6
+            } else if frame || brace {
+                0.82
+            } else {
+                1.0 - 0.04 * (plank % 3) as f32
+            };
             bytes.extend([190.0, 132.0, 78.0].map(|c: f32| ((c + grain) * light).clamp(0.0, 255.0) as u8));
         }
     }

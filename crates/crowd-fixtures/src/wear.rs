@@ -54,7 +54,9 @@ pub fn add_hair(shape: &mut Shape, f: &Figure, cut: &HairCut) {
         let a = TAU * j as f32 / n as f32;
         if a > TAU / 2.0 { a - TAU } else { a }
     };
-    let rim_at = |theta: f32| rim.at(theta.abs() * 360.0 / TAU) + cut.sweep * libm::sinf(theta) * smoothstep(1.6, 0.2, theta.abs());
+    let rim_at = |theta: f32| {
+        rim.at(theta.abs() * 360.0 / TAU) + cut.sweep * libm::sinf(theta) * smoothstep(1.6, 0.2, theta.abs())
+    };
     let mut rings = Vec::new();
     let mut along = Vec::new();
     for row in (0..=cut.rows).rev() {
@@ -72,7 +74,11 @@ pub fn add_hair(shape: &mut Shape, f: &Figure, cut: &HairCut) {
         .map(|j| {
             let theta = angle(j);
             let hy = rim_at(theta) + 0.03;
-            let inside = if hy > cut.hang.min(0.25) { f.head_point(hy.min(0.97), theta, -0.03) } else { surface(theta, hy, 1.0) * Vec3::new(0.72, 1.0, 0.72) };
+            let inside = if hy > cut.hang.min(0.25) {
+                f.head_point(hy.min(0.97), theta, -0.03)
+            } else {
+                surface(theta, hy, 1.0) * Vec3::new(0.72, 1.0, 0.72)
+            };
             Vec3::new(inside.x, f.chin_y() + hy * h, inside.z)
         })
         .collect();
@@ -85,7 +91,15 @@ pub fn add_hair(shape: &mut Shape, f: &Figure, cut: &HairCut) {
 /// Adds a closed spindle along a path: a tail, a bun, a plait, a horn.
 ///
 /// `path`: (centre, half width, half depth), from the root to the tip; the ends are closed.
-pub fn add_spindle(shape: &mut Shape, path: &[(Vec3, f32, f32)], columns: usize, chart: u16, part: u8, what: u16, mirrored: bool) {
+pub fn add_spindle(
+    shape: &mut Shape,
+    path: &[(Vec3, f32, f32)],
+    columns: usize,
+    chart: u16,
+    part: u8,
+    what: u16,
+    mirrored: bool,
+) {
     let last = path.len() - 1;
     let mut rings = Vec::new();
     for i in 0..=last {
@@ -199,7 +213,7 @@ pub fn add_skirt(shape: &mut Shape, f: &Figure, skirt: &Skirt) {
         let mut p = Vec3::new(waist.x, 0.0, waist.z).lerp(wide * (1.0 - inner * 3.0), open);
         // Stays outside the belly and the hips.
         let share = (y - f.trunk_y(0.0)) / (f.trunk_y(1.0) - f.trunk_y(0.0));
-        let under = f.trunk_point(share.max(0.06), theta, 0.018 - 0.5 * inner);
+        let under = f.trunk_point(share.max(0.06), theta, 0.026 - 0.5 * inner);
         let grow = (Vec3::new(under.x, 0.0, under.z).length() / Vec3::new(p.x, 0.0, p.z).length()).max(1.0);
         p *= mix(1.0, grow, smoothstep(-0.12, 0.0, share));
         p.y = y + if inner > 0.0 { inner } else { 0.0 };
@@ -219,15 +233,15 @@ pub fn add_skirt(shape: &mut Shape, f: &Figure, skirt: &Skirt) {
     let gc = GridChart { chart: chart::SKIRT, part: part::SKIRT, mirrored: false, lying: false };
     let u = |_: usize, k: usize| k as f32 / n as f32;
     shape.add_grid(&rings, &cols, &u, &around, &v, &along, &gc, true, &|_, _| false);
-    // The lining: from the hem up to a lid inside the waist.
-    let lining: Vec<Vec<u32>> = std::iter::once(rings[skirt.rows].clone())
-        .chain([0.93, 0.5].iter().map(|&t| {
-            let ring: Vec<Vec3> = (0..n).map(|j| point(t, TAU * j as f32 / n as f32, 0.012)).collect();
-            shape.add_ring(&ring, tag::SKIRT)
-        }))
-        .chain(std::iter::once(rings[0].clone()))
-        .collect();
-    let lid = shape.add(Vec3::new(0.0, top, 0.0), tag::TRUNK);
+    // The lining: from the hem back up to the waistband, so that the cloth has an inside.
+    let inner = |t: f32| -> Vec<Vec3> { (0..n).map(|j| point(t, TAU * j as f32 / n as f32, 0.012)).collect() };
+    let lining = [
+        rings[skirt.rows].clone(),
+        shape.add_ring(&inner(0.93), tag::SKIRT),
+        shape.add_ring(&inner(0.5), tag::SKIRT),
+        rings[0].clone(),
+    ];
     let gc = GridChart { chart: chart::LINING, part: part::SKIRT, mirrored: false, lying: false };
-    shape.add_disc(&lining, lid, &[hem; 5], &gc, false);
+    let v = [0.0, 0.1, 0.5, 1.0];
+    shape.add_grid(&lining, &cols, &u, &around, &v, &[hem; 4], &gc, true, &|_, _| false);
 }
