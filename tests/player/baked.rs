@@ -2,15 +2,14 @@
 
 use crate::compare::{BOUND, Difference};
 use crate::{Scene, crowdplay};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 fn fixture(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/good").join(name)
+    crowd_tests::folders::fixtures().join("good").join(name)
 }
 
 fn asset(name: &str) -> PathBuf {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/assets");
-    std::env::var_os("CROWD_ASSETS").map_or(beside, PathBuf::from).join(name)
+    crowd_tests::folders::assets().join(name)
 }
 
 /// Bakes into the scene's folder; the pack's path.

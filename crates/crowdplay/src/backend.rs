@@ -6,7 +6,7 @@ use crate::crowd::Crowd;
 use crate::gpu_backend::GpuBackend;
 use crate::gpu_device::{self, Gpu};
 use crate::picture::Picture;
-use crate::plan::{GPU_BUDGET, MachinePlan, SOFTWARE_BUDGET};
+use crate::plan::{GPU_BUDGET, LARGEST_USUAL_BUDGET, MachinePlan, SOFTWARE_BUDGET};
 use crate::stats::Adapter;
 use crate::{Result, Talk};
 use crowd_stages::{FrameConfig, FrameTotals, Technique};
@@ -42,11 +42,12 @@ pub fn find_gpu(plan: &MachinePlan, talk: &mut Talk<'_>) -> Result<Option<Gpu>> 
     }
 }
 
-/// The budget when the user gave none: what the machine draws swiftly, but not less than the crowd's coarsest levels.
-/// Those are drawn whatever the budget, and with nothing to spare the near ones would be as coarse as the far ones.
+/// The budget when the user gave none: the coarsest levels of the whole crowd, which are drawn whatever the budget, and
+/// as much more as the machine draws swiftly; with nothing to spare the near ones would be as coarse as the far ones.
 pub fn usual_budget(gpu: Option<&Gpu>, crowd: &Crowd) -> u32 {
     let swift = if gpu.is_some_and(|gpu| !gpu.is_software()) { GPU_BUDGET } else { SOFTWARE_BUDGET };
-    u32::try_from(crowd.summary.vertices_least).unwrap_or(u32::MAX).max(swift)
+    let least = u32::try_from(crowd.summary.vertices_least).unwrap_or(u32::MAX);
+    least.saturating_add(swift).min(least.max(LARGEST_USUAL_BUDGET))
 }
 
 impl Backend {

@@ -74,8 +74,8 @@ pub struct Args {
     #[arg(long, default_value_t = 1, help_heading = "Crowd")]
     pub seed: u32,
 
-    /// Vertices for a whole frame, the papers' N [default: 1000000, on software adapters and --backend cpu 300000, and
-    /// not less than the coarsest levels of the whole crowd]
+    /// Vertices for a whole frame, the papers' N [default: what the coarsest levels of the crowd need and 1000000 more,
+    /// on software adapters and with --backend cpu 300000 more]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Level of detail")]
     pub budget: Option<u32>,
 

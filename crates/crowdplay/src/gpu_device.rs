@@ -1,5 +1,6 @@
 //! Finding an adapter and opening a device.
 
+use crate::cli::BackendWord;
 use crate::plan::MachinePlan;
 use crate::stats::Adapter;
 use crate::{Error, Result};
@@ -46,13 +47,18 @@ pub fn list_adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
     adapters
 }
 
-/// Opens a device for pictures without a window.
+/// Opens a device for pictures without a window. OpenGL in software is passed over unless a GPU is asked for: our own
+/// rasteriser is many times faster (0.03 s against 14 s for the first picture of fifty people on two cores).
 ///
 /// # Errors
 /// As [`open`].
 pub fn open_headless(plan: &MachinePlan) -> Result<Gpu> {
     let [first, last] = BACKENDS.map(|backends| move || open(&headless_instance(backends), plan, None));
-    first().or_else(|error| last().map_err(|_| error))
+    let asked_for = plan.backend == BackendWord::Gpu || plan.adapter.is_some();
+    first().or_else(|error| match last() {
+        Ok(gpu) if asked_for || !gpu.is_software() => Ok(gpu),
+        _ => Err(error),
+    })
 }
 
 fn preference(info: &wgpu::AdapterInfo) -> (u32, bool, String) {

@@ -83,29 +83,31 @@ pub fn show(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &Camer
     if !knobs.visible {
         return;
     }
-    egui::Window::new("crowdplay")
-        .default_pos([8.0, 8.0])
-        .default_width(280.0)
-        .default_height(660.0)
-        .resizable(false)
-        .vscroll(true)
-        .show(ui.ctx(), |ui| {
+    let most_height = ui.ctx().content_rect().height() - 60.0;
+    let window = egui::Window::new("crowdplay").default_pos([8.0, 8.0]).default_width(280.0).resizable(false);
+    window.show(ui.ctx(), |ui| {
+        egui::ScrollArea::vertical().max_height(most_height).show(ui, |ui| {
             compact(ui);
-            numbers(ui, knobs, readings);
-            graph(ui, &readings.frame_ms);
-            for line in stats::overflow_messages(&readings.totals, knobs.budget) {
-                ui.label(RichText::new(line).color(Color32::from_rgb(255, 150, 90)));
-            }
-            ui.separator();
-            sliders(ui, knobs);
-            if !readings.stages_ms.is_empty() {
-                egui::CollapsingHeader::new("Times").default_open(true).show(ui, |ui| stages(ui, &readings.stages_ms));
-            }
-            egui::CollapsingHeader::new("Keys").default_open(true).show(ui, |ui| keys(ui, control));
-            if let Some(message) = &readings.message {
-                ui.label(RichText::new(message).color(Color32::from_rgb(150, 220, 150)));
-            }
+            everything(ui, knobs, readings, control);
         });
+    });
+}
+
+fn everything(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &CameraControl) {
+    numbers(ui, knobs, readings);
+    graph(ui, &readings.frame_ms);
+    for line in stats::overflow_messages(&readings.totals, knobs.budget) {
+        ui.label(RichText::new(line).color(Color32::from_rgb(255, 150, 90)));
+    }
+    ui.separator();
+    sliders(ui, knobs);
+    if !readings.stages_ms.is_empty() {
+        egui::CollapsingHeader::new("Times").default_open(true).show(ui, |ui| stages(ui, &readings.stages_ms));
+    }
+    egui::CollapsingHeader::new("Keys").default_open(true).show(ui, |ui| keys(ui, control));
+    if let Some(message) = &readings.message {
+        ui.label(RichText::new(message).color(Color32::from_rgb(150, 220, 150)));
+    }
 }
 
 /// Small, so that it fits a low window and leaves the crowd in sight.

@@ -18,13 +18,12 @@ pub struct Picture {
 impl Picture {
     /// PNG bytes, opaque.
     pub fn to_png(&self) -> Vec<u8> {
+        use image::codecs::png::{CompressionType, FilterType, PngEncoder};
         let rgb: Vec<u8> = self.pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
         let mut bytes = Vec::new();
-        let image = image::RgbImage::from_raw(self.width, self.height, rgb)
-            .expect("a picture has width * height pixels: both backends make it so");
-        image
-            .write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png)
-            .expect("encoding eight-bit RGB into memory has no way to fail");
+        let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive);
+        image::ImageEncoder::write_image(encoder, &rgb, self.width, self.height, image::ExtendedColorType::Rgb8)
+            .expect("a picture has width * height pixels, and memory takes what is written to it");
         bytes
     }
 }

@@ -6,10 +6,12 @@ use crowd_scene::Layout;
 use crowd_stages::{Technique, Weight};
 use std::path::{Path, PathBuf};
 
-/// Vertices a frame by default on a graphics card.
+/// Vertices a frame by default on a graphics card, besides the crowd's coarsest levels.
 pub const GPU_BUDGET: u32 = 1_000_000;
-/// Vertices a frame by default where a processor draws: the software rasteriser and software adapters.
+/// The same where a processor draws: the software rasteriser and software adapters.
 pub const SOFTWARE_BUDGET: u32 = 300_000;
+/// No default goes beyond this or the crowd's coarsest levels: its triangles still fit a 128 MiB index buffer.
+pub const LARGEST_USUAL_BUDGET: u32 = 8_000_000;
 
 /// Everything the player is asked to do.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,7 +91,7 @@ pub enum HeightPlan {
 /// Level of detail.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetailPlan {
-    /// Vertices a frame; `None`: [`GPU_BUDGET`] or [`SOFTWARE_BUDGET`], and at least the crowd's coarsest levels.
+    /// Vertices a frame; `None`: the crowd's coarsest levels and [`GPU_BUDGET`] or [`SOFTWARE_BUDGET`] more.
     pub budget: Option<u32>,
     /// Exponent of the split.
     pub alpha: f32,
