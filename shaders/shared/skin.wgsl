@@ -3,7 +3,7 @@
 
 // Texels of the animation texture: row-major in layers, addressed by one number.
 const ANIMATION_WIDTH: u32 = 4096u;
-const ANIMATION_HEIGHT: u32 = 4096u;
+const ANIMATION_HEIGHT: u32 = 64u;
 
 struct FramePair {
     first: u32,

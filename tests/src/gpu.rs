@@ -66,8 +66,11 @@ pub fn read<T: bytemuck::Pod>(buffer: &wgpu::Buffer, count: usize) -> Vec<T> {
     let mut encoder = device.create_command_encoder(&Default::default());
     encoder.copy_buffer_to_buffer(buffer, 0, &back, 0, size);
     queue.submit([encoder.finish()]);
-    back.map_async(wgpu::MapMode::Read, .., |result| result.expect("a fresh buffer can be mapped"));
+    let (sender, mapped) = std::sync::mpsc::channel();
+    back.map_async(wgpu::MapMode::Read, .., move |result| sender.send(result).expect("the receiver waits below"));
     device.poll(wgpu::PollType::wait_indefinitely()).expect("the device is not lost");
+    // Another test's thread may be the one that polled this to its end: wait for word, not only for the device.
+    mapped.recv().expect("the callback is called once").expect("a fresh buffer can be mapped");
     bytemuck::pod_collect_to_vec(&back.get_mapped_range(..).expect("just mapped"))
 }
 

@@ -2,10 +2,10 @@
 
 use crate::cases::{SIZES, case, data, first_difference};
 use crowd_raster::{ImageDifference, Target, compare_images};
-use crowd_stages::gpu::{CrowdRenderer, RendererOptions};
+use crowd_stages::gpu::{ANIMATION_HEIGHT, ANIMATION_WIDTH, CrowdRenderer, RendererOptions};
 use crowd_stages::{
-    Capacities, DrawArgs, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, Technique, Weight, cpu,
-    overflow,
+    Capacities, CrowdData, DrawArgs, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, Technique,
+    Weight, cpu, overflow,
 };
 use crowd_tests::gpu::{self, Picture};
 use crowd_tests::synthetic;
@@ -28,8 +28,12 @@ fn draw(renderer: &mut CrowdRenderer, picture: &Picture, config: &FrameConfig, t
 }
 
 fn renderer(options: RendererOptions, instances: &[InstanceRecord]) -> CrowdRenderer {
+    renderer_of(data(), options, instances)
+}
+
+fn renderer_of(data: &CrowdData, options: RendererOptions, instances: &[InstanceRecord]) -> CrowdRenderer {
     let (device, queue) = gpu::device();
-    let mut renderer = CrowdRenderer::new(device, queue, data(), options).expect("within default limits");
+    let mut renderer = CrowdRenderer::new(device, queue, data, options).expect("within default limits");
     renderer.set_instances(queue, instances).expect("synthetic instances are valid");
     renderer
 }
@@ -123,6 +127,33 @@ fn at_full_detail_reformation_and_pseudo_instancing_draw_the_same_picture() {
     let coarse = FrameConfig { budget: 2000, ..config };
     draw(&mut renderer, &picture, &coarse, Technique::Reform);
     assert!(compare(&picture.pixels(), &full).share_over(8) > 0.01);
+}
+
+/// Texels are addressed by one number over rows and layers of the animation texture.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn clips_far_down_the_animation_texture_draw_the_same_picture() {
+    let (instances, config) = close_up();
+    let picture = Picture::new((640, 360));
+    draw(&mut renderer(OPTIONS, &instances), &picture, &config, Technique::Reform);
+    let near = picture.pixels();
+
+    let mut moved = data().clone();
+    let before = ANIMATION_WIDTH * ANIMATION_HEIGHT * 2 - 100;
+    moved.animation = vec![[9.0; 4]; before as usize];
+    moved.animation.extend_from_slice(&data().animation);
+    for clip in &mut moved.clips {
+        clip.texel_offset += before;
+    }
+    draw(&mut renderer_of(&moved, OPTIONS, &instances), &picture, &config, Technique::Reform);
+    assert_eq!(compare(&picture.pixels(), &near).max, 0, "not one pixel differs");
+
+    // One texel further, and the rows of the matrices are others.
+    for clip in &mut moved.clips {
+        clip.texel_offset -= 1;
+    }
+    draw(&mut renderer_of(&moved, OPTIONS, &instances), &picture, &config, Technique::Reform);
+    assert!(compare(&picture.pixels(), &near).share_over(8) > 0.01);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crowd_pack::{CharacterRecord, ClipRecord, LodRecord, MaterialRecord, VertexRecord, material_flags};
 use crowd_raster::light;
-use crowd_stages::gpu::{self, ANIMATION_SIDE};
+use crowd_stages::gpu::{self, ANIMATION_HEIGHT, ANIMATION_WIDTH};
 use crowd_stages::{
     Capacities, CullRecord, DrawArgs, DrawConfig, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice,
     Weight, WeightSums, dispatch, overflow,
@@ -211,8 +211,8 @@ fn constants_are_the_same() {
         ("MATERIAL_WRAP_U_SHIFT", material_flags::WRAP_U_SHIFT),
         ("MATERIAL_WRAP_V_SHIFT", material_flags::WRAP_V_SHIFT),
         ("MATERIAL_WRAP_MASK", material_flags::WRAP_MASK),
-        ("ANIMATION_WIDTH", ANIMATION_SIDE),
-        ("ANIMATION_HEIGHT", ANIMATION_SIDE),
+        ("ANIMATION_WIDTH", ANIMATION_WIDTH),
+        ("ANIMATION_HEIGHT", ANIMATION_HEIGHT),
     ];
     for (name, rust) in numbers {
         assert_eq!(constant_difference(&module, name, &[f64::from(rust)]), None);

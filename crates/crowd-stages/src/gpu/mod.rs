@@ -29,5 +29,5 @@ pub use renderer::{CrowdRenderer, RendererOptions, STAGES};
 pub use scan_counts::ScanCounts;
 pub use select_lod::SelectLod;
 pub use sum_weights::SumWeights;
-pub use upload::ANIMATION_SIDE;
+pub use upload::{ANIMATION_HEIGHT, ANIMATION_WIDTH};
 pub use write_draw_args::WriteDrawArgs;

@@ -120,6 +120,12 @@ impl ReadBack {
         Slot { buffer, state, frame: 0, known_totals: None, stages: Vec::new() }
     }
 
+    /// Whether the newest recorded frame has not come back yet.
+    pub(crate) fn is_under_way(&self) -> bool {
+        let newest = self.slots.iter().max_by_key(|slot| slot.frame);
+        newest.is_some_and(|slot| slot.state.load(Ordering::Acquire) == UNDER_WAY)
+    }
+
     /// Takes in what has arrived and gives the newest.
     pub(crate) fn collect(&mut self, clock: Option<&StageClock>) -> &Arrived {
         for slot in &mut self.slots {

@@ -13,6 +13,7 @@ use crate::{
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
 use std::ops::Range;
+use std::time::{Duration, Instant};
 
 /// Names of the stages in their order, as in [`CrowdRenderer::timings_ms`]; the draw follows as `draw`.
 pub const STAGES: [&str; 8] = [
@@ -188,10 +189,18 @@ impl CrowdRenderer {
     }
 
     /// Totals of the newest finished frame, without waiting (`wait`: until the last submitted one is done).
+    ///
+    /// A frame that was recorded but never submitted is waited for a second, no longer.
     pub fn totals(&mut self, device: &wgpu::Device, wait: bool) -> Option<FrameTotals> {
-        let poll = if wait { wgpu::PollType::wait_indefinitely() } else { wgpu::PollType::Poll };
+        let poll = || if wait { wgpu::PollType::wait_indefinitely() } else { wgpu::PollType::Poll };
         // An error means a lost device: nothing new will arrive, and the engine hears of it in its own calls.
-        let _ = device.poll(poll);
+        let mut is_alive = device.poll(poll()).is_ok();
+        // The work is done, but where another thread polls the same device, it may still be about to tell us.
+        let patience = Instant::now() + Duration::from_secs(1);
+        while wait && is_alive && self.read_back.is_under_way() && Instant::now() < patience {
+            std::thread::sleep(Duration::from_micros(50));
+            is_alive = device.poll(poll()).is_ok();
+        }
         self.read_back.collect(self.clock.as_ref()).totals
     }
 

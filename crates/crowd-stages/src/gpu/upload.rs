@@ -9,8 +9,10 @@ use std::mem::size_of;
 use wgpu::BufferUsages as Usage;
 use wgpu::util::DeviceExt;
 
-/// Width and height of the animation texture's layers; `shaders/shared/skin.wgsl` has the same.
-pub const ANIMATION_SIDE: u32 = 4096;
+/// Width of the animation texture's layers, texels; `shaders/shared/skin.wgsl` has the same.
+pub const ANIMATION_WIDTH: u32 = 4096;
+/// Height of the animation texture's layers, texels: 4 MiB a layer. `shaders/shared/skin.wgsl` has the same.
+pub const ANIMATION_HEIGHT: u32 = 64;
 
 /// Makes buffers and textures, counts their bytes, refuses what the device's limits do not allow.
 pub(crate) struct Uploader<'a> {
@@ -64,23 +66,22 @@ impl Uploader<'_> {
 
     /// Rows of palettes as one texture, addressed by one number (see `palette_row` in `shaders/shared/skin.wgsl`).
     fn animation_texture(&mut self, texels: &[[f32; 4]]) -> Result<wgpu::TextureView> {
-        let rows = texels.len().div_ceil(ANIMATION_SIDE as usize).max(1) as u32;
-        let layer_count = rows.div_ceil(ANIMATION_SIDE);
-        let height = rows.min(ANIMATION_SIDE);
+        let rows = texels.len().div_ceil(ANIMATION_WIDTH as usize).max(1) as u32;
+        let layer_count = array_layers(rows.div_ceil(ANIMATION_HEIGHT), false);
+        let height = rows.min(ANIMATION_HEIGHT);
         let limits = self.device.limits();
-        let too_many = layer_count > limits.max_texture_array_layers;
-        if too_many || ANIMATION_SIDE > limits.max_texture_dimension_2d {
-            let side = u64::from(limits.max_texture_dimension_2d.min(ANIMATION_SIDE));
+        if layer_count > limits.max_texture_array_layers || ANIMATION_WIDTH > limits.max_texture_dimension_2d {
+            let width = if ANIMATION_WIDTH > limits.max_texture_dimension_2d { 0 } else { ANIMATION_WIDTH };
             return Err(Error::Limit {
                 what: "texels of the animation texture",
                 needed: texels.len() as u64,
-                allowed: side / u64::from(ANIMATION_SIDE) * side * side * u64::from(limits.max_texture_array_layers),
+                allowed: u64::from(width * ANIMATION_HEIGHT) * u64::from(limits.max_texture_array_layers),
                 remedy: "bake fewer clips or a lower --fps",
             });
         }
         let texture = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("animation"),
-            size: wgpu::Extent3d { width: ANIMATION_SIDE, height, depth_or_array_layers: layer_count },
+            size: wgpu::Extent3d { width: ANIMATION_WIDTH, height, depth_or_array_layers: layer_count },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -88,12 +89,12 @@ impl Uploader<'_> {
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         });
-        self.bytes += u64::from(layer_count * height) * u64::from(ANIMATION_SIDE) * 16;
-        for (row, texels) in texels.chunks(ANIMATION_SIDE as usize * ANIMATION_SIDE as usize).enumerate() {
-            let whole = texels.len() / ANIMATION_SIDE as usize;
-            let (rows, rest) = texels.split_at(whole * ANIMATION_SIDE as usize);
-            self.write_rows(&texture, row as u32, 0, ANIMATION_SIDE, whole as u32, rows);
-            self.write_rows(&texture, row as u32, whole as u32, rest.len() as u32, 1, rest);
+        self.bytes += u64::from(layer_count * height) * u64::from(ANIMATION_WIDTH) * 16;
+        for (layer, texels) in texels.chunks((ANIMATION_WIDTH * ANIMATION_HEIGHT) as usize).enumerate() {
+            let whole = texels.len() / ANIMATION_WIDTH as usize;
+            let (rows, rest) = texels.split_at(whole * ANIMATION_WIDTH as usize);
+            self.write_rows(&texture, layer as u32, 0, ANIMATION_WIDTH, whole as u32, rows);
+            self.write_rows(&texture, layer as u32, whole as u32, rest.len() as u32, 1, rest);
         }
         Ok(texture.create_view(&array_view("animation")))
     }
@@ -117,7 +118,7 @@ impl Uploader<'_> {
 
     /// All images as layers of one texture; one white texel when there are none.
     fn layer_texture(&mut self, data: &CrowdData) -> Result<wgpu::TextureView> {
-        let layer_count = data.layers.len().max(1) as u32;
+        let layer_count = array_layers(data.layers.len() as u32, true);
         let side = if data.layers.is_empty() { 1 } else { data.layer_side };
         let limits = self.device.limits();
         if layer_count > limits.max_texture_array_layers {
@@ -167,6 +168,13 @@ impl Uploader<'_> {
         }
         Ok(texture.create_view(&array_view("layers")))
     }
+}
+
+/// Layers to ask for so that OpenGL sees an array: there, wgpu takes one layer for no array at all, and square layers in sixes
+/// for a cube, and reads from them give zeros.
+fn array_layers(count: u32, is_square: bool) -> u32 {
+    let count = count.max(2);
+    count + u32::from(is_square && count.is_multiple_of(6))
 }
 
 fn array_view(label: &'static str) -> wgpu::TextureViewDescriptor<'static> {
@@ -261,5 +269,17 @@ impl FrameBuffers {
             draw_args: up.empty::<DrawArgs>("draw arguments", 1, written | Usage::INDIRECT, fewer)?,
             totals: up.empty::<FrameTotals>("totals", 1, written, fewer)?,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn textures_are_neither_single_layers_nor_cubes() {
+        let square: Vec<u32> = [0, 1, 2, 5, 6, 7, 12].map(|count| array_layers(count, true)).to_vec();
+        assert_eq!(square, [2, 2, 2, 5, 7, 7, 13]);
+        assert_eq!(array_layers(6, false), 6);
     }
 }
