@@ -212,6 +212,7 @@ pub fn paint(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
         part::ARM => arm(f, look, s),
         part::HAND => (hand(look, s), region::SKIN),
         part::LEG => leg(f, look, s),
+        part::SKIRT if s.position.y > f.trunk_y(0.37) - 0.035 => (rgb(0x7a2330), region::TRIM),
         part::SKIRT => (look.legs.at(s.position.y, s.around, 1.0), region::LEGWEAR),
         part::FOOT => shoe(f, look, s),
         _ => (look.skin, region::SKIN),

@@ -114,12 +114,12 @@ fn graze(joints: &[Joint], kind: Kind, p: f32) -> Pose {
     pose.root = vec3(0.0, -0.015 - 0.05 * down, -0.03 * down);
     pose.rotations[joint::SPINE + 1] = turn(Vec3::X, 3.0 * down);
     pose.rotations[joint::CHEST] = turn(Vec3::X, 12.0 * down);
-    let bend = if kind == Kind::Zebra { [50.0, 36.0, 14.0, 2.0] } else { [42.0, 30.0, 8.0, 0.0] };
+    let bend = if kind == Kind::Zebra { [46.0, 32.0, 12.0, 0.0] } else { [40.0, 28.0, 6.0, 0.0] };
     for (n, b) in bend.into_iter().enumerate() {
         pose.rotations[joint::NECK + n] =
             turn(Vec3::X, b * down) * turn(Vec3::Y, 3.0 * down * libm::sinf(TAU * 2.0 * p));
     }
-    pose.rotations[joint::HEAD] = turn(Vec3::X, -30.0 * down + 2.0 * munch);
+    pose.rotations[joint::HEAD] = turn(Vec3::X, -44.0 * down + 2.0 * munch);
     pose.rotations[joint::JAW] = turn(Vec3::X, 3.0 * down + 3.0 * munch);
     tail_and_ears(&mut pose, 2.0 * p, 1.0);
     for (hind, side, z) in [(true, 0, 0.03), (true, 1, -0.05), (false, 0, 0.20), (false, 1, -0.14)] {
