@@ -30,6 +30,7 @@ fn wrong_words_are_usage_errors() {
         &[&pack, "--headless", "--clips", "fly"],
         &[&pack, "--headless", "--layout", "circle"],
         &[&pack, "--headless", "--out", "-", "--report", "-"],
+        &[&pack, "--headless", "--backend", "cpu", "--size", "16384x16384"],
         &[&pack, "--unknown"],
     ];
     for words in table {

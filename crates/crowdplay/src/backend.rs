@@ -55,7 +55,7 @@ impl Backend {
     pub fn new(gpu: Option<Gpu>, crowd: &Crowd, size: [u32; 2], samples: u32, budget: u32) -> Result<Self> {
         Ok(match gpu {
             Some(gpu) => Self::Gpu(Box::new(GpuBackend::new(gpu, crowd, size, samples, budget)?)),
-            None => Self::Cpu(Box::new(CpuBackend::new(crowd, size, samples))),
+            None => Self::Cpu(Box::new(CpuBackend::new(crowd, size, samples)?)),
         })
     }
 

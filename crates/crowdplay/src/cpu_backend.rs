@@ -2,6 +2,7 @@
 
 use crate::crowd::Crowd;
 use crate::picture::Picture;
+use crate::{Error, Result};
 use crowd_pack::{CharacterRecord, MaterialRecord, NONE, VertexRecord, material_flags};
 use crowd_raster::{Batch, Fill, Material, Mip, Target, Texture, View, Wrap};
 use crowd_stages::{CrowdData, FrameConfig, FrameTotals, InstanceRecord, LodChoice, Technique, cpu, overflow};
@@ -11,6 +12,8 @@ use std::time::Instant;
 
 /// Vertices posed before they are drawn: bounds the memory of a frame to some tens of megabytes.
 const BATCH_VERTICES: usize = 1 << 18;
+/// Pixels of a picture, supersamples counted: two gigabytes of colour and depth.
+const MOST_PIXELS: u64 = 1 << 28;
 /// Materials a batch can address with 16 bits.
 const BATCH_MATERIALS: usize = 1 << 16;
 
@@ -26,16 +29,27 @@ pub struct CpuBackend {
 
 impl CpuBackend {
     /// `samples` 4 draws at twice the width and height and averages.
-    pub fn new(crowd: &Crowd, size: [u32; 2], samples: u32) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for a size whose picture would not fit into memory comfortably.
+    pub fn new(crowd: &Crowd, size: [u32; 2], samples: u32) -> Result<Self> {
         let factor = if samples >= 4 { 2 } else { 1 };
+        let pixels = size.map(|side| u64::from(side) * u64::from(factor));
+        if pixels[0] * pixels[1] > MOST_PIXELS {
+            return Err(Error::Parameter {
+                option: "--size",
+                found: format!("{}x{} with {samples} sample(s) a pixel", size[0], size[1]),
+                allowed: format!("up to {} pixels on the CPU", MOST_PIXELS / u64::from(factor * factor)),
+            });
+        }
         let texture = |layer: &crowd_stages::TextureLayer| Texture { mips: mips(layer, crowd.data.layer_side) };
-        Self {
+        Ok(Self {
             textures: crowd.data.layers.iter().map(texture).collect(),
             materials: crowd.data.materials.iter().map(material).collect(),
             target: Target::new(size[0] * factor, size[1] * factor, [0, 0, 0, 255]),
             factor,
             timings_ms: Vec::new(),
-        }
+        })
     }
 
     /// Another picture size.

@@ -84,8 +84,8 @@ pub fn show(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &Camer
         return;
     }
     let most_height = ui.ctx().content_rect().height() - 60.0;
-    let window = egui::Window::new("crowdplay").default_pos([8.0, 8.0]).default_width(280.0).resizable(false);
-    window.show(ui.ctx(), |ui| {
+    egui::Window::new("crowdplay").default_pos([8.0, 8.0]).auto_sized().show(ui.ctx(), |ui| {
+        ui.set_width(280.0);
         egui::ScrollArea::vertical().max_height(most_height).show(ui, |ui| {
             compact(ui);
             everything(ui, knobs, readings, control);

@@ -188,7 +188,7 @@ impl Running {
         let is_software = on_cpu || gpu.is_software();
         let samples = plan.machine.samples.unwrap_or(if is_software { 1 } else { 4 });
         let painter = if on_cpu {
-            Painter::Cpu(Box::new(CpuBackend::new(crowd, screen.size(), samples)), None)
+            Painter::Cpu(Box::new(CpuBackend::new(crowd, screen.size(), samples)?), None)
         } else {
             let format = screen.scene_format();
             let options = renderer_options(&gpu.device, crowd, format, samples, largest_budget);
