@@ -16,6 +16,12 @@ use std::time::Instant;
 /// Matrices over all frames of one character: bounds what sampling may allocate (96 bytes each, 1.5 GiB).
 const MATRICES: u64 = 1 << 24;
 
+/// A coarsest level above this share of the triangles, and above this many of them, is worth a warning: a far crowd
+/// member should cost little.
+const FLOOR_SHARE: f64 = 0.1;
+/// See [`FLOOR_SHARE`].
+const FLOOR_TRIANGLES: u32 = 128;
+
 /// Seconds that a step took.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct StepTime {
@@ -234,7 +240,7 @@ fn simplify(
 /// Says so when the coarsest level is far from a crowd's far field, and why.
 fn warn_of_high_floor(order: &CollapseOrder) -> Option<Warning> {
     let (coarsest, full) = (order.levels.first()?.triangle_count, order.levels.last()?.triangle_count);
-    if f64::from(coarsest) <= f64::from(full) * 0.1 {
+    if f64::from(coarsest) <= f64::from(full) * FLOOR_SHARE || coarsest <= FLOOR_TRIANGLES {
         return None;
     }
     let b = order.blocked;

@@ -115,7 +115,7 @@ fn bake(args: &BakeArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> Result<u8,
         jobs: if args.jobs == 0 { rayon::current_num_threads() } else { args.jobs },
         exit_code: code,
     };
-    match write_pack(&baked, &plan, args, talk) {
+    match write_pack(&baked, &plan, entries.len() + plan.refused.len(), args, talk) {
         Ok(pack) => report.pack = Some(pack),
         Err(error) => {
             talk.error(&error);
@@ -137,12 +137,12 @@ fn bake(args: &BakeArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> Result<u8,
 fn write_pack(
     baked: &[BakedCharacter],
     plan: &Plan,
+    tried: usize,
     args: &BakeArgs,
     talk: &Talk<'_>,
 ) -> Result<PackReport, BakeError> {
     if baked.is_empty() {
-        let count = args.inputs.len();
-        return Err(BakeError::whole(Step::Assemble, Cause::NothingBaked { count }));
+        return Err(BakeError::whole(Step::Assemble, Cause::NothingBaked { count: tried }));
     }
     let contents = crate::assemble::assemble(baked, plan.animation_layout)?;
     let written: WriteReport = contents.write(&args.output).map_err(|error| BakeError::whole(Step::Write, error))?;

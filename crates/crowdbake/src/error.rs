@@ -74,24 +74,24 @@ pub struct BakeError {
     pub step: Step,
     /// The character it worked on; `None` where it is about the whole run.
     pub character: Option<String>,
-    /// Why.
-    pub source: Cause,
+    /// Why; boxed, so that a result stays small.
+    pub source: Box<Cause>,
 }
 
 impl BakeError {
     /// A failure that concerns one character.
     pub fn of(step: Step, character: &str, cause: impl Into<Cause>) -> Self {
-        Self { step, character: Some(character.to_owned()), source: cause.into() }
+        Self { step, character: Some(character.to_owned()), source: Box::new(cause.into()) }
     }
 
     /// A failure of the whole run.
     pub fn whole(step: Step, cause: impl Into<Cause>) -> Self {
-        Self { step, character: None, source: cause.into() }
+        Self { step, character: None, source: Box::new(cause.into()) }
     }
 
     /// The exit code that this failure asks for.
     pub fn exit_code(&self) -> u8 {
-        match &self.source {
+        match &*self.source {
             Cause::Output { .. } => OUTPUT_FAILED,
             Cause::Pack(_) if self.step == Step::Write => OUTPUT_FAILED,
             Cause::OutputIsInput { .. } => USAGE,

@@ -75,8 +75,9 @@ fn primitive_json(
         let normals: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.normal()).collect();
         set("NORMAL", buffer.float_attribute(&normals, 3, false));
     }
-    let uvs: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.uv).collect();
-    if record.image != NONE || uvs.iter().any(|&uv| uv != 0.0) {
+    // Without a texture nothing would use them.
+    if record.image != NONE {
+        let uvs: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.uv).collect();
         set("TEXCOORD_0", buffer.float_attribute(&uvs, 2, false));
     }
     let colors: Vec<[u8; 4]> = vertices.iter().map(|vertex| vertex.color.to_le_bytes()).collect();

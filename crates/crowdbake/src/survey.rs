@@ -57,10 +57,12 @@ pub struct Measurements {
 pub fn survey_asset(entry: &PlanEntry, shown_path: String) -> (SurveyRow, Option<PackContents>) {
     match measure(entry) {
         Ok((measurements, contents)) => (SurveyRow { path: shown_path, outcome: Ok(measurements) }, Some(contents)),
-        // The refusal repeats the whole path; the row has it already.
         Err(error) => {
+            // The row has the path already, and where the folder lies is of this machine alone.
             let words = error.source.to_string();
-            let words = words.strip_prefix(&format!("{}: ", entry.path.display())).unwrap_or(&words).to_owned();
+            let words = words.strip_prefix(&format!("{}: ", entry.path.display())).unwrap_or(&words);
+            let folder = entry.path.parent().map(|folder| format!("{}/", folder.display())).unwrap_or_default();
+            let words = if folder.len() > 1 { words.replace(&folder, "") } else { words.to_owned() };
             (SurveyRow { path: shown_path, outcome: Err(words) }, None)
         }
     }

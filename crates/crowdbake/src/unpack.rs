@@ -159,18 +159,8 @@ impl<'a> Unpacked<'a> {
 
     /// Matrices of the pose at rest, from the manifest's node tree.
     pub fn rest_palette(&self) -> Vec<Mat3x4> {
-        let mut worlds: Vec<Mat4> = Vec::with_capacity(self.manifest.nodes.len());
-        for node in &self.manifest.nodes {
-            let local = Mat4::from_scale_rotation_translation(
-                Vec3::from(node.scale),
-                Quat::from_array(node.rotation),
-                Vec3::from(node.translation),
-            );
-            let world = node.parent.map_or(local, |parent| worlds[parent as usize] * local);
-            worlds.push(world);
-        }
-        let joints = self.manifest.joints.iter();
-        joints.map(|j| rows_of(worlds[j.node as usize] * Mat4::from_cols_array(&j.inverse_bind))).collect()
+        let nodes = self.manifest.nodes.iter().map(|n| (n.parent, n.translation, n.rotation, n.scale));
+        rest_palette(nodes, self.manifest.joints.iter().map(|joint| (joint.node, joint.inverse_bind)))
     }
 
     /// The triangles of the level with that many vertices, indices below it.
@@ -202,6 +192,29 @@ impl<'a> Unpacked<'a> {
 pub fn triangle_target(triangle_count: u32, ratio: f64) -> u32 {
     // A tenth of 10 triangles is 1, although 0.1 is a little more than a tenth in binary.
     (f64::from(triangle_count) * ratio + 1e-6).floor() as u32
+}
+
+/// Matrices of a source's pose at rest.
+pub fn rest_palette_of(raw: &crowd_source::RawCharacter) -> Vec<Mat3x4> {
+    let nodes = raw.nodes.iter().map(|n| (n.parent, n.translation, n.rotation, n.scale));
+    rest_palette(nodes, raw.joints.iter().map(|joint| (joint.node, joint.inverse_bind)))
+}
+
+/// `nodes`: parent, translation, rotation, scale, parents first. `joints`: node and inverse bind matrix.
+fn rest_palette(
+    nodes: impl Iterator<Item = (Option<u32>, [f32; 3], [f32; 4], [f32; 3])>,
+    joints: impl Iterator<Item = (u32, [f32; 16])>,
+) -> Vec<Mat3x4> {
+    let mut worlds: Vec<Mat4> = Vec::new();
+    for (parent, translation, rotation, scale) in nodes {
+        let local = Mat4::from_scale_rotation_translation(
+            Vec3::from(scale),
+            Quat::from_array(rotation),
+            Vec3::from(translation),
+        );
+        worlds.push(parent.map_or(local, |parent| worlds[parent as usize] * local));
+    }
+    joints.map(|(node, bind)| rows_of(worlds[node as usize] * Mat4::from_cols_array(&bind))).collect()
 }
 
 fn rows_of(matrix: Mat4) -> Mat3x4 {

@@ -116,25 +116,35 @@ fn positions_of_vertices(character: &Unpacked<'_>) -> Vec<u32> {
         .collect()
 }
 
+/// Companions go together; where a chart has shrunk to nothing at a place that stays, its wedge there may only have
+/// become a wedge of the same place.
 fn check_companions(character: &Unpacked<'_>, levels: &[LodRecord]) -> Result<String, String> {
+    let position_of = positions_of_vertices(character);
     let mut wedges: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for (vertex, position) in positions_of_vertices(character).into_iter().enumerate() {
+    for (vertex, &position) in position_of.iter().enumerate() {
         if character.vertices[vertex].class() == vertex_class::COMPANION {
             wedges.entry(position).or_default().push(vertex as u32);
         }
     }
     for level in levels {
-        for vertices in wedges.values() {
-            let kept = vertices.iter().filter(|&&vertex| vertex < level.vertex_count).count();
-            if kept != 0 && kept != vertices.len() {
+        let image = |mut vertex: u32| {
+            while vertex >= level.vertex_count {
+                vertex = character.collapse_map[vertex as usize];
+            }
+            position_of[vertex as usize]
+        };
+        for (&position, vertices) in &wedges {
+            let together = vertices.windows(2).all(|pair| image(pair[0]) == image(pair[1]));
+            let kept = vertices.iter().any(|&vertex| vertex < level.vertex_count);
+            if !together || (kept && image(vertices[0]) != position) {
                 return Err(format!(
-                    "level of {} vertices: keeps {kept} of the companions {vertices:?}",
+                    "level of {} vertices: tears the companions {vertices:?} apart",
                     level.vertex_count
                 ));
             }
         }
     }
-    Ok(format!("{} pairs at {} levels", wedges.len(), levels.len()))
+    Ok(format!("{} places with companions at {} levels", wedges.len(), levels.len()))
 }
 
 /// Edges by position that one triangle alone has: a seam that opens shows as such an edge.
@@ -170,6 +180,11 @@ fn check_open_edges(character: &Unpacked<'_>, levels: &[LodRecord]) -> Result<St
     Ok(format!("{full} open edges at full detail, at most {most} at {} levels", levels.len()))
 }
 
+/// False for a NaN on either side.
+fn within(found: f32, allowed: f32) -> bool {
+    found <= allowed
+}
+
 fn slack(character: &Unpacked<'_>) -> f32 {
     match character.contents.manifest.animation_layout {
         crowd_pack::AnimationLayout::Premultiplied3x4 => BOUND_SLACK,
@@ -190,8 +205,7 @@ fn check_bounds(character: &Unpacked<'_>) -> Result<String, String> {
                 for (what, sphere) in [("clip's sphere", clip.sphere), ("character's sphere", record.sphere)] {
                     let d: [f32; 3] = std::array::from_fn(|axis| p[axis] - sphere[axis]);
                     let distance = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-                    // Written so that a NaN fails.
-                    if !(distance <= sphere[3] + slack) {
+                    if !within(distance, sphere[3] + slack) {
                         return Err(format!(
                             "clip `{name}` frame {frame}: vertex {vertex} lies {distance} m from the {what}'s centre, \
                              its radius is {} m",
@@ -238,7 +252,7 @@ fn check_errors(character: &Unpacked<'_>) -> Result<String, String> {
         for (what, promised, found) in
             [("RMS", measured.rms_m, again.rms_m), ("largest distance", measured.max_m, again.max_m)]
         {
-            if !((promised - found).abs() <= ERROR_SLACK * promised + floor_m) {
+            if !within((promised - found).abs(), ERROR_SLACK * promised + floor_m) {
                 return Err(format!(
                     "level of {} vertices: {what} is {found} m, the manifest says {promised} m",
                     measured.vertex_count

@@ -1,0 +1,147 @@
+//! Exported levels are read back and must be the level: same triangles, same places in motion, same textures.
+
+use crate::bench::{Bench, SPHERE, TUBE, TWO_MATERIALS};
+use crowd_pack::{LodRecord, Pack};
+use crowd_source::{Limits, RawCharacter, load_character};
+use crowdbake::pose::pose_positions;
+use crowdbake::unpack::Unpacked;
+
+/// Corners of every triangle, by the material's name: place, texture coordinate.
+type Corners = Vec<(String, [[f32; 3]; 3], [[f32; 2]; 3])>;
+
+fn corners_of_level(character: &Unpacked<'_>, level: LodRecord) -> Corners {
+    let palette = character.rest_palette();
+    let posed = pose_positions(&character.positions, &character.joints, &character.weights, &palette);
+    let corners = character.level_triangles(level).into_iter().map(|triangle| {
+        let first = &character.vertices[triangle[0] as usize];
+        let material = character.manifest.materials[first.material() as usize].clone();
+        let at = |corner: u32| corner as usize;
+        (material, triangle.map(|c| posed[at(c)]), triangle.map(|c| character.vertices[at(c)].uv))
+    });
+    corners.collect()
+}
+
+fn corners_of_file(raw: &RawCharacter) -> Corners {
+    let baked = crowdbake::unpack::rest_palette_of(raw);
+    let posed = pose_positions(&raw.mesh.positions, &raw.mesh.joints, &raw.mesh.weights, &baked);
+    let mut corners = Corners::new();
+    for part in &raw.mesh.parts {
+        let range = part.first_triangle as usize..(part.first_triangle + part.triangle_count) as usize;
+        for triangle in &raw.mesh.triangles[range] {
+            let at = |corner: u32| corner as usize;
+            let name = raw.materials[part.material as usize].name.clone();
+            corners.push((name, triangle.map(|c| posed[at(c)]), triangle.map(|c| raw.mesh.uvs[at(c)])));
+        }
+    }
+    corners
+}
+
+fn sorted(mut corners: Corners) -> Corners {
+    let key = |corner: &(String, [[f32; 3]; 3], [[f32; 2]; 3])| {
+        let rounded: Vec<i64> = corner
+            .1
+            .iter()
+            .flatten()
+            .chain(corner.2.iter().flatten())
+            .map(|&x| (f64::from(x) * 1e4).round() as i64)
+            .collect();
+        (corner.0.clone(), rounded)
+    };
+    corners.sort_by_key(key);
+    corners
+}
+
+/// Bakes, exports a share, reads the file back; both sides' corners must agree.
+fn expect_same_level(fixture: &str, ratio: f64, textured: bool) -> RawCharacter {
+    let bench = Bench::with(&[fixture]);
+    bench.run(&["bake", &format!("@{fixture}"), "-o", "@out.crowdpack"]).expect(0);
+    bench.run(&["export", "@out.crowdpack", "--ratio", &ratio.to_string(), "-o", "@low.glb"]).expect(0);
+    let pack = Pack::open(&bench.path("out.crowdpack")).unwrap();
+    let character = Unpacked::new(pack.contents(), 0);
+    let (level, reached) = character.level_of_ratio(ratio);
+    assert!(reached);
+    let raw = load_character(&bench.path("low.glb"), &Limits::default()).expect("the export reads back");
+    let (level, file) = (sorted(corners_of_level(&character, level)), sorted(corners_of_file(&raw)));
+    assert_eq!(level.len(), file.len());
+    let size = character.record.sphere[3];
+    for (a, b) in level.iter().zip(&file) {
+        assert_eq!(a.0, b.0);
+        for (p, q) in a.1.iter().zip(&b.1) {
+            assert!((0..3).all(|axis| (p[axis] - q[axis]).abs() < 1e-4 * size), "{p:?} became {q:?}");
+        }
+        if textured {
+            assert_eq!(a.2, b.2);
+        }
+    }
+    raw
+}
+
+#[test]
+fn a_level_of_a_skinned_character_reads_back_as_it_was() {
+    let raw = expect_same_level(TUBE, 0.25, true);
+    assert_eq!(raw.clips.len(), 1);
+    assert!(raw.warnings.is_empty(), "{:?}", raw.warnings);
+}
+
+#[test]
+fn a_level_of_two_materials_keeps_them_apart() {
+    let raw = expect_same_level(TWO_MATERIALS, 0.5, false);
+    assert_eq!(raw.materials.len(), 2);
+}
+
+#[test]
+fn a_static_mesh_needs_no_skin() {
+    expect_same_level(SPHERE, 0.1, true);
+}
+
+#[test]
+fn a_zebra_keeps_its_clips_and_curves() {
+    let raw = expect_same_level("zebra.glb", 0.3, true);
+    let source = load_character(&crowd_tests::folders::fixtures().join("good/zebra.glb"), &Limits::default()).unwrap();
+    let names = |raw: &RawCharacter| raw.clips.iter().map(|clip| clip.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&raw), names(&source));
+    for (ours, theirs) in raw.clips.iter().zip(&source.clips) {
+        assert_eq!(ours.tracks.len(), theirs.tracks.len());
+        for (a, b) in ours.tracks.iter().zip(&theirs.tracks) {
+            assert_eq!(a.times, b.times);
+            assert!(a.values.iter().zip(&b.values).all(|(x, y)| (x - y).abs() < 1e-6));
+        }
+    }
+    assert_eq!(raw.images[0].bytes, source.images[0].bytes, "textures go through untouched");
+}
+
+#[test]
+fn several_lods_are_one_file_each() {
+    let bench = Bench::with(&[TUBE]);
+    let input = format!("@{TUBE}");
+    bench.run(&["export", &input, "--lods", "1,0.5,0.1", "-o", "@tube.glb"]).expect(0);
+    assert_eq!(bench.listing(), [TUBE, "tube.lod0.glb", "tube.lod1.glb", "tube.lod2.glb"]);
+    let triangles = |file: &str| load_character(&bench.path(file), &Limits::default()).unwrap().mesh.triangles.len();
+    let full = triangles("tube.lod0.glb");
+    assert_eq!(full, triangles(TUBE));
+    assert!(triangles("tube.lod1.glb") <= full / 2 && triangles("tube.lod2.glb") <= full / 10);
+    bench.run(&["export", &input, "--lods", "1", "-o", "@folder/"]).expect(0);
+    assert!(bench.path("folder/straight_tube_should_keep_its_elbow.lod0.glb").is_file());
+}
+
+#[test]
+fn a_target_that_no_level_reaches_is_said_and_refused_when_strict() {
+    let bench = Bench::with(&[TUBE]);
+    let input = format!("@{TUBE}");
+    let words = ["export", &input, "--triangles", "1", "-o", "@low.glb"];
+    bench.run(&words).expect(0).says(&["warning", "target missed: asked for 1 triangles, the coarsest level has"]);
+    std::fs::remove_file(bench.path("low.glb")).unwrap();
+    bench.run(&[&words[..], &["--strict"]].concat()).expect(1).says(&["target missed"]);
+    assert!(!bench.path("low.glb").exists());
+}
+
+#[test]
+fn a_character_is_named_when_there_are_several() {
+    let bench = Bench::with(&[TUBE, SPHERE]);
+    bench.run(&["bake", "@.", "-o", "@out.crowdpack"]).expect(0);
+    let export = ["export", "@out.crowdpack", "--vertices", "40", "-o", "@low.glb"];
+    bench.run(&export).expect(1).says(&["holds 2 characters", "--character"]);
+    bench.run(&[&export[..], &["--character", "nobody"]].concat()).expect(1).says(&["the pack has sphere"]);
+    bench.run(&[&export[..], &["--character", "sphere_with_seam_and_poles"]].concat()).expect(0);
+    assert!(load_character(&bench.path("low.glb"), &Limits::default()).unwrap().mesh.positions.len() <= 40);
+}

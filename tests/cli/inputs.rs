@@ -1,0 +1,135 @@
+//! What names a character, and what happens to inputs that do not.
+
+use crate::bench::{Bench, SPHERE, TRIANGLE, TUBE, TWO_MATERIALS};
+use crowd_pack::Pack;
+
+fn names(bench: &Bench, pack: &str) -> Vec<String> {
+    let pack = Pack::open(&bench.path(pack)).expect("the pack is whole");
+    pack.contents().manifest.characters.iter().map(|character| character.name.clone()).collect()
+}
+
+#[test]
+fn a_bad_file_does_not_stop_the_batch() {
+    let bench = Bench::with(&[TUBE]);
+    bench.write("bad.glb", b"glTF but not really");
+    let words = ["bake", "@bad.glb", "@gone.glb", &format!("@{TUBE}"), "-o", "@out.crowdpack", "--report", "@r.json"];
+    bench.run(&words).expect(1).says(&["error: bad: load:", "bad.glb", "gone.glb: no such file", "1 character(s)"]);
+    assert_eq!(names(&bench, "out.crowdpack"), ["straight_tube_should_keep_its_elbow"]);
+    let report: serde_json::Value = serde_json::from_slice(&bench.read("r.json")).unwrap();
+    assert_eq!(report["exit_code"], 1);
+    assert_eq!(report["characters"][0]["status"], "refused");
+    assert!(report["characters"][0]["error"].as_str().unwrap().contains("bad.glb"));
+    assert_eq!(report["characters"][1]["status"], "baked");
+    assert_eq!(report["refused_inputs"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn with_nothing_good_no_pack_is_written_and_an_old_one_stays() {
+    let bench = Bench::new();
+    bench.write("bad.obj", b"v 1 2\nf 1 2 3\n");
+    bench.run(&["bake", "@bad.obj", "-o", "@out.crowdpack"]).expect(1).says(&["no pack was written"]);
+    assert_eq!(bench.listing(), ["bad.obj"]);
+    bench.write("out.crowdpack", b"old");
+    bench.run(&["bake", "@bad.obj", "-o", "@out.crowdpack"]).expect(1);
+    assert_eq!(bench.read("out.crowdpack"), b"old");
+}
+
+#[test]
+fn folders_and_patterns_give_characters_in_the_order_of_their_paths() {
+    let bench = Bench::new();
+    bench.copy(TRIANGLE, "cast/b/knight.glb");
+    bench.copy(TRIANGLE, "cast/a.glb");
+    bench.copy(TRIANGLE, "cast/c/knight.glb");
+    bench.write("cast/readme.txt", b"not a character");
+    bench.run(&["bake", "@cast", "-o", "@out.crowdpack"]).expect(0).says(&["`knight` is taken, baked as `knight-2`"]);
+    assert_eq!(names(&bench, "out.crowdpack"), ["a", "knight", "knight-2"]);
+    bench.run(&["bake", "@cast/**/k*.glb", "-o", "@out.crowdpack"]).expect(0);
+    assert_eq!(names(&bench, "out.crowdpack"), ["knight", "knight-2"]);
+    bench.run(&["bake", "@cast/*.gltf", "-o", "@none.crowdpack"]).expect(1).says(&["the pattern matches no"]);
+    assert!(!bench.path("none.crowdpack").exists());
+}
+
+#[test]
+fn a_manifest_names_characters_clips_and_options() {
+    let bench = Bench::with(&[TUBE, SPHERE]);
+    let manifest = format!(
+        "[pack]\nanimation_layout = '4x4'\n[defaults]\nfps = 12\n[[characters]]\nsource = '{TUBE}'\nname = 'tube'\n\
+         clips = ['bend*']\n[[characters]]\nsource = '{SPHERE}'\ncriteria = 'peng2011'\n"
+    );
+    bench.write("crowd.toml", manifest);
+    bench.run(&["bake", "@crowd.toml", "-o", "@out.crowdpack"]).expect(0);
+    let pack = Pack::open(&bench.path("out.crowdpack")).unwrap();
+    let manifest = &pack.contents().manifest;
+    assert_eq!(manifest.animation_layout, crowd_pack::AnimationLayout::Split4x4);
+    assert_eq!(manifest.characters[0].name, "tube");
+    assert_eq!(manifest.characters[0].fps, 12.0);
+    assert_eq!(manifest.characters[1].criteria, "peng2011");
+}
+
+#[test]
+fn a_wrong_manifest_is_refused_by_the_path_of_the_mistake() {
+    let bench = Bench::with(&[TUBE]);
+    let good = format!("[[characters]]\nsource = '{TUBE}'\n");
+    bench.write("crowd.toml", format!("{good}name = 'a'\n{good}clips = 'bend'\n"));
+    let done = bench.run(&["bake", "@crowd.toml", "-o", "@out.crowdpack"]).expect(1);
+    done.says(&["crowd.toml: characters[1].clips: found string"]);
+    bench.write("crowd.toml", good + "colour = 'red'\n");
+    let done = bench.run(&["bake", "@crowd.toml", "-o", "@out.crowdpack"]).expect(1);
+    done.says(&["characters[0].colour: unknown key, allowed source, name, fps, criteria, clips"]);
+    assert!(!bench.path("out.crowdpack").exists());
+}
+
+#[test]
+fn an_unknown_clip_is_answered_with_the_clips_there_are() {
+    let bench = Bench::with(&[TUBE]);
+    let words = ["bake", &format!("@{TUBE}"), "-o", "@out.crowdpack", "--clips", "Swim"];
+    bench.run(&words).expect(1).says(&["select-clips: clip `Swim`: found bend"]);
+    assert!(!bench.path("out.crowdpack").exists());
+}
+
+#[test]
+fn print_config_gives_a_manifest_that_bakes_the_same_bytes() {
+    let bench = Bench::with(&[TUBE, TWO_MATERIALS]);
+    let options = ["--fps", "20", "--criteria", "peng2011"];
+    let printed =
+        bench.run(&[&["print-config", &format!("@{TUBE}"), &format!("@{TWO_MATERIALS}")], &options[..]].concat());
+    bench.write("crowd.toml", printed.expect(0).out);
+    bench.run(&["bake", "@crowd.toml", "-o", "@a.crowdpack"]).expect(0);
+    let inputs = [format!("@{TUBE}"), format!("@{TWO_MATERIALS}")];
+    let words = [&["bake", &inputs[0], &inputs[1], "-o", "@b.crowdpack"], &options[..]].concat();
+    bench.run(&words).expect(0);
+    assert!(bench.read("a.crowdpack") == bench.read("b.crowdpack"));
+    assert!(bench.run(&["print-config"]).expect(0).out.contains("[defaults]"));
+}
+
+#[test]
+fn strict_refuses_what_the_import_warns_about() {
+    let bench = Bench::new();
+    // The crate's material file stays behind: a warning.
+    bench.copy("painted_crate.obj", "crate.obj");
+    bench.run(&["bake", "@crate.obj", "-o", "@out.crowdpack"]).expect(0).says(&["warning: crate:"]);
+    std::fs::remove_file(bench.path("out.crowdpack")).unwrap();
+    let done = bench.run(&["bake", "@crate.obj", "-o", "@out.crowdpack", "--strict"]).expect(1);
+    done.says(&["crate: load: 1 warning(s) with --strict", "crate.mtl"]);
+    assert!(!bench.path("out.crowdpack").exists());
+}
+
+#[test]
+fn every_bad_fixture_is_refused_and_named() {
+    let bench = Bench::new();
+    let folder = crowd_tests::folders::fixtures().join("bad");
+    let words = ["bake", &folder.to_string_lossy(), "-o", "@out.crowdpack", "--report", "@r.json"];
+    bench.run(&words).expect(1);
+    let report: serde_json::Value = serde_json::from_slice(&bench.read("r.json")).unwrap();
+    let characters = report["characters"].as_array().unwrap();
+    assert!(characters.len() > 20, "{}", characters.len());
+    for character in characters {
+        let source = character["source"].as_str().unwrap();
+        assert_eq!(character["status"], "refused", "{source}");
+        let file = source.rsplit(['/', '\\']).next().unwrap();
+        let words = character["error"].as_str().unwrap();
+        let named = words.contains(file) || words.contains("there_is_no_such_buffer.bin");
+        assert!(named, "{source}: {words}");
+    }
+    assert!(!bench.path("out.crowdpack").exists());
+}

@@ -1,0 +1,13 @@
+//! The commands as people and pipelines meet them: exit code, words, and the files left behind, each in a fresh folder.
+
+mod bench;
+mod determinism;
+mod exports;
+mod inputs;
+mod outputs;
+mod pictures;
+mod processes;
+mod reports;
+mod surveys;
+mod verification;
+mod words;

@@ -1,0 +1,94 @@
+//! `verify` believes nothing: each of its checks has a pack that must fail it.
+
+use crate::bench::{Bench, Done, TUBE};
+use crowd_pack::{Pack, PackContents};
+
+/// Bakes the tube, breaks one promise in a way that still opens, verifies.
+fn break_and_verify(break_it: impl FnOnce(&mut PackContents)) -> Done {
+    let bench = Bench::with(&[TUBE]);
+    bench.run(&["bake", &format!("@{TUBE}"), "-o", "@out.crowdpack"]).expect(0);
+    let mut contents = Pack::open(&bench.path("out.crowdpack")).unwrap().contents().clone();
+    break_it(&mut contents);
+    contents.write(&bench.path("out.crowdpack")).expect("the broken pack still opens");
+    bench.run(&["verify", "@out.crowdpack"])
+}
+
+#[track_caller]
+fn fails(done: Done, check: &str) {
+    let done = done.expect(4).says(&["checks failed"]);
+    let failed: Vec<&str> = done.out.lines().filter(|line| line.starts_with("FAILED")).collect();
+    assert!(failed.iter().any(|line| line.contains(check)), "{check} is not among {failed:#?}");
+}
+
+#[test]
+fn a_pack_as_baked_keeps_its_promises_in_both_layouts() {
+    let bench = Bench::with(&[TUBE, "zebra.glb"]);
+    for layout in ["3x4", "4x4"] {
+        bench.run(&["bake", "@.", "-o", "@out.crowdpack", "--animation-layout", layout]).expect(0);
+        let verification = bench.run(&["verify", "@out.crowdpack", "--json"]).expect(0).json();
+        assert_eq!(verification["schema_version"], 1);
+        assert_eq!(verification["passed"], true);
+        assert_eq!(verification["checks"].as_array().unwrap().len(), 2 + 2 * 5);
+    }
+}
+
+#[test]
+fn an_untouched_copy_passes() {
+    break_and_verify(|_| {}).expect(0);
+}
+
+#[test]
+fn a_flipped_byte_is_found() {
+    let bench = Bench::with(&[TUBE]);
+    bench.run(&["bake", &format!("@{TUBE}"), "-o", "@out.crowdpack"]).expect(0);
+    let mut bytes = bench.read("out.crowdpack");
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    bench.write("out.crowdpack", bytes);
+    fails(bench.run(&["verify", "@out.crowdpack"]), "file-is-whole");
+    bench.run(&["inspect", "@out.crowdpack"]).expect(1).says(&["damaged"]);
+    bench.run(&["verify", "@gone.crowdpack"]).expect(1).says(&["gone.crowdpack"]);
+}
+
+#[test]
+fn a_sphere_that_is_too_small_is_found() {
+    fails(break_and_verify(|pack| pack.clips[0].sphere[3] *= 0.99), "bounds-hold-every-frame");
+    fails(break_and_verify(|pack| pack.characters[0].box_max[1] -= 0.01), "bounds-hold-every-frame");
+}
+
+#[test]
+fn an_error_that_was_made_smaller_is_found() {
+    let fake = |pack: &mut PackContents| pack.manifest.characters[0].measured[0].max_m *= 0.8;
+    fails(break_and_verify(fake), "errors-measure-again");
+}
+
+#[test]
+fn a_collapse_to_the_wrong_place_is_found() {
+    // All that collapsed goes to vertex 0: triangles fold up, companions part.
+    let fold = |pack: &mut PackContents| {
+        let kept = pack.characters[0].min_vertex_count as usize;
+        pack.collapse_map[kept..].fill(0);
+    };
+    fails(break_and_verify(fold), "levels-are-meshes");
+}
+
+#[test]
+fn companions_that_part_are_found() {
+    let part = |pack: &mut PackContents| {
+        // The last companion goes where its partner does not.
+        let last = pack.vertices.iter().rposition(|vertex| vertex.class() == 1).expect("the tube has a seam");
+        let target = pack.collapse_map[last];
+        pack.collapse_map[last] = if target == 0 { 1 } else { 0 };
+    };
+    fails(break_and_verify(part), "companions-stay-together");
+}
+
+#[test]
+fn an_image_that_does_not_decode_is_found() {
+    let spoil = |pack: &mut PackContents| {
+        let image = pack.images[0];
+        let start = image.byte_offset as usize;
+        pack.image_bytes[start..start + image.byte_count as usize].fill(7);
+    };
+    fails(break_and_verify(spoil), "images-decode");
+}

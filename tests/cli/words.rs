@@ -1,0 +1,51 @@
+//! Help, usage errors, completions: before anything is read.
+
+use crate::bench::Bench;
+
+const VERBS: [&str; 8] = ["bake", "inspect", "verify", "export", "picture", "survey", "print-config", "completions"];
+
+#[test]
+fn help_goes_to_stdout_and_every_verb_teaches_by_example() {
+    let bench = Bench::new();
+    let help = bench.run(&["--help"]).expect(0);
+    assert!(help.err.is_empty());
+    for verb in VERBS {
+        assert!(help.out.contains(verb), "{verb} is missing in:\n{}", help.out);
+        let help = bench.run(&[verb, "--help"]).expect(0);
+        assert!(help.out.contains(&format!("crowdbake {verb}")), "{}", help.out);
+        assert!(help.out.contains("Example"), "{verb} --help shows no example:\n{}", help.out);
+    }
+    assert!(help.out.contains("Exit codes: 0"));
+    assert!(bench.run(&["--version"]).expect(0).out.starts_with("crowdbake "));
+}
+
+#[test]
+fn wrong_words_end_with_2_and_nothing_on_stdout() {
+    let bench = Bench::new();
+    for words in [
+        &[][..],
+        &["bake"],
+        &["bake", "a.glb"],
+        &["bake", "a.glb", "-o", "x", "--fps", "0"],
+        &["bake", "a.glb", "-o", "x", "--criteria", "best"],
+        &["bake", "a.glb", "-o", "x", "-q", "-v"],
+        &["export", "a.crowdpack", "-o", "x.glb"],
+        &["export", "a.crowdpack", "-o", "x.glb", "--ratio", "2"],
+        &["export", "a.crowdpack", "-o", "x.glb", "--ratio", "0.5", "--triangles", "3"],
+        &["picture", "a.crowdpack", "-o", "x.png", "--size", "0x0"],
+        &["frobnicate"],
+    ] {
+        let done = bench.run(words).expect(2);
+        assert!(done.out.is_empty() && !done.err.is_empty(), "{words:?}");
+    }
+    assert!(bench.listing().is_empty());
+}
+
+#[test]
+fn completions_are_made_for_each_shell() {
+    let bench = Bench::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = bench.run(&["completions", shell]).expect(0).out;
+        assert!(script.contains("animation-layout"), "{shell}");
+    }
+}
