@@ -95,7 +95,7 @@ struct Writer {
 
 impl Writer {
     fn view(&mut self, bytes: &[u8], extra: &str) -> usize {
-        while self.bytes.len() % 4 != 0 {
+        while !self.bytes.len().is_multiple_of(4) {
             self.bytes.push(0);
         }
         let offset = self.bytes.len();
@@ -257,7 +257,7 @@ impl Document {
 /// Wraps JSON text and a buffer into the binary container.
 pub fn pack_glb(json: &str, bytes: &[u8]) -> Vec<u8> {
     let mut text = json.as_bytes().to_vec();
-    while text.len() % 4 != 0 {
+    while !text.len().is_multiple_of(4) {
         text.push(b' ');
     }
     let mut out = Vec::new();

@@ -103,13 +103,8 @@ impl Cloth {
                 let u = part(around * repeats(turns));
                 let zig = (u - 0.5).abs() * 2.0;
                 let w = (v - 0.28) / 0.28;
-                if w.abs() > 0.86 {
-                    ornament
-                } else if (w - (zig * 1.3 - 0.65)).abs() < 0.26 {
-                    ornament
-                } else {
-                    band
-                }
+                let line = w.abs() > 0.86 || (w - (zig * 1.3 - 0.65)).abs() < 0.26;
+                if line { ornament } else { band }
             }
         }
     }
@@ -232,11 +227,11 @@ fn head(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
     let z = (s.position.z - f.m_z(0.0)) / h;
     let ax = x.abs();
     let degrees = libm::atan2f(x, z).abs() * 57.29578;
-    if let Some(c) = look.collar {
-        if s.position.y < f.trunk_y(1.0) + 0.024 * f.build.height / 1.7 - 0.012 * z {
-            let edge = (s.position.y - f.trunk_y(1.0)) > 0.018;
-            return (if edge { darker(c, 0.85) } else { c }, region::TOP);
-        }
+    if let Some(c) = look.collar
+        && s.position.y < f.trunk_y(1.0) + 0.024 * f.build.height / 1.7 - 0.012 * z
+    {
+        let edge = (s.position.y - f.trunk_y(1.0)) > 0.018;
+        return (if edge { darker(c, 0.85) } else { c }, region::TOP);
     }
     let hairline = Profile::new(&look.hairline);
     if hy > hairline.at(degrees) {
@@ -407,10 +402,10 @@ fn hair(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
                 return (band * if line.abs() > 0.04 { 0.8 } else { 1.0 }, region::TRIM);
             }
         }
-    } else if let Some(band) = look.hair_band {
-        if s.along < 0.10 {
-            return (band, region::TRIM);
-        }
+    } else if let Some(band) = look.hair_band
+        && s.along < 0.10
+    {
+        return (band, region::TRIM);
     }
     let angle = s.around * core::f32::consts::TAU;
     let strand = libm::sinf(angle * 26.0 + 2.2 * libm::sinf(s.along * 9.0 + angle * 3.0))
@@ -439,21 +434,21 @@ fn trunk(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
         _ => look.legs.at(low - s.position.y + 0.02, s.around, 1.0),
     };
     if t < look.hem {
-        if let Some(belt) = look.belt {
-            if t > look.hem - 0.085 {
-                let buckle = front && x.abs() < 0.024;
-                let hole = buckle && x.abs() < 0.014 && (t - look.hem + 0.042).abs() < 0.022;
-                return (
-                    if hole {
-                        darker(belt, 0.6)
-                    } else if buckle {
-                        rgb(0xd9b65a)
-                    } else {
-                        belt
-                    },
-                    region::TRIM,
-                );
-            }
+        if let Some(belt) = look.belt
+            && t > look.hem - 0.085
+        {
+            let buckle = front && x.abs() < 0.024;
+            let hole = buckle && x.abs() < 0.014 && (t - look.hem + 0.042).abs() < 0.022;
+            return (
+                if hole {
+                    darker(belt, 0.6)
+                } else if buckle {
+                    rgb(0xd9b65a)
+                } else {
+                    belt
+                },
+                region::TRIM,
+            );
         }
         return (seat(legs), region::LEGWEAR);
     }
@@ -488,7 +483,7 @@ fn trunk(f: &Figure, look: &Look, s: &Spot) -> (Vec3, u8) {
             }
             if bib || strap {
                 let pocket = front && x.abs() < 0.055 && t > 0.48 && t < 0.64;
-                let seam = pocket && (x.abs() > 0.050 || t < 0.492 || t > 0.615);
+                let seam = pocket && (x.abs() > 0.050 || !(0.492..=0.615).contains(&t));
                 return (if seam { darker(legs, 0.7) } else { legs }, region::LEGWEAR);
             }
         }

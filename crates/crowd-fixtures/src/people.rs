@@ -72,7 +72,7 @@ impl Person {
 
 fn add_tail(shape: &mut Shape, f: &Figure, tail: &Tail, rows: usize) -> Option<[Vec3; 2]> {
     let h = f.head_m();
-    let columns = if rows > 1 { 16 } else { 8 };
+    let columns = if rows > 1 { 16 } else { 6 };
     let back = |hy: f32, out: f32| Vec3::new(0.0, f.chin_y() + hy * h, f.head_point(hy, core::f32::consts::PI, out).z);
     match *tail {
         Tail::None => None,
@@ -224,7 +224,7 @@ pub fn mara() -> Person {
             locks: (0.010, 7.0),
             hang: 0.42,
             columns: 18,
-            rows: 6,
+            rows: 7,
             sweep: 0.05,
         },
         tail: Tail::Pony(0.95, 0.13),
@@ -502,7 +502,6 @@ pub fn anselm() -> Person {
             shoe: 0.95,
             hem: 0.225,
             hair_band: None,
-            ..base.look
         },
         hair: HairCut {
             rim: vec![
@@ -611,7 +610,6 @@ pub fn noor() -> Person {
         manner: Manner { walk_seconds: 1.10, step: 0.64, sway: 1.3, swing: 0.9, arms_out: 13.0, stoop: 0.0 },
         strong: "bend",
         texels: 1024,
-        ..base
     }
 }
 

@@ -392,7 +392,7 @@ fn crate_obj() -> Vec<Fixture> {
     let mut bytes = Vec::new();
     for y in 0..128_u32 {
         for x in 0..128_u32 {
-            let frame = x < 14 || x >= 114 || y < 14 || y >= 114;
+            let frame = !(14..114).contains(&x) || !(14..114).contains(&y);
             let brace = (x as i32 - y as i32).abs() < 10;
             let plank = if frame || brace { 0 } else { x / 20 };
             let gap = !frame && !brace && x % 20 == 14 || (frame && (x == 13 || y == 13 || x == 114 || y == 114));
