@@ -3,7 +3,9 @@
 use image::RgbImage;
 
 /// The stated bound. Edges may fall on the other side of a pixel's centre, and textures are filtered with other
-/// roundings; both touch few pixels. A whole instance, or a shift by one pixel, touches far more.
+/// roundings; both touch few pixels. A whole instance, or a shift by one pixel, touches far more. Seen in these tests: no
+/// pixel far apart, a mean of 0.09; of 10,000 characters as found, whose far triangles are smaller than a pixel: 0.0016
+/// and 0.24.
 pub const BOUND: Difference = Difference { far_share: 0.001, mean: 0.2 };
 
 /// How far two pictures lie apart.

@@ -3,6 +3,9 @@
 use clap::{Parser, ValueEnum, ValueHint};
 use std::path::PathBuf;
 
+const USAGE: &str =
+    "crowdplay [OPTIONS] <PACK>\n       crowdplay --list-adapters\n       crowdplay --completions <SHELL>";
+
 const EXAMPLES: &str = "\
 Examples:
   Look at ten thousand people in a window:
@@ -18,7 +21,7 @@ Examples:
     crowdplay cast.crowdpack --headless --frames 60 --out frame-%04d.png
 
   Only two characters, walking, in a street, with half the vertices:
-    crowdplay cast.crowdpack --characters ada,bruno --clips walk --layout street --budget 500000
+    crowdplay cast.crowdpack --characters mara,oskar --clips walk --layout street --budget 500000
 
   The numbers alone, to another program:
     crowdplay cast.crowdpack --headless --frames 100 --report - | jq .timings.frame_ms.median
@@ -29,6 +32,12 @@ Examples:
   A camera of your own: azimuth 30 degrees, 20 degrees above the ground, 40 m away:
     crowdplay cast.crowdpack --orbit 30,20,40
 
+Files, one entry a line, # begins a comment:
+  layout         first line `# crowd layout v1`, then x y z yaw_deg scale character clip phase_s
+                 (characters count from 0 in the order of --characters or the pack, clips in the character)
+  camera path    first line `# crowd camera path v1`, then time_s, eye x y z, target x y z, fov_deg
+                 (no commas)
+
 Exit codes:
   0 done   1 pack, layout or camera path refused   2 usage   3 output not written
   5 this machine lacks what was asked for: a GPU (--backend gpu, --adapter), a display (without --headless)
@@ -37,7 +46,7 @@ Data goes to standard output (--report -, --out -, --list-adapters), everything 
 
 /// Show a baked crowd: in a window, or as pictures without one.
 #[derive(Debug, Clone, Parser)]
-#[command(name = "crowdplay", version, after_help = EXAMPLES, max_term_width = 110)]
+#[command(name = "crowdplay", version, override_usage = USAGE, after_help = EXAMPLES, max_term_width = 110)]
 pub struct Args {
     /// The pack to show, as written by `crowdbake bake`
     #[arg(value_name = "PACK", value_hint = ValueHint::FilePath,
@@ -122,9 +131,9 @@ pub struct Args {
     #[arg(long, value_name = "F", value_parser = clap::value_parser!(u32).range(1..=1_000_000), help_heading = "Output")]
     pub frames: Option<u32>,
 
-    /// Seconds between headless frames
-    #[arg(long, default_value_t = 1.0 / 30.0, value_name = "S", value_parser = not_negative, help_heading = "Output")]
-    pub dt: f32,
+    /// Seconds between headless frames [default: 1/30]
+    #[arg(long, value_name = "S", value_parser = not_negative, help_heading = "Output")]
+    pub dt: Option<f32>,
 
     /// Time of the first frame in seconds
     #[arg(long, default_value_t = 0.0, value_name = "S", value_parser = not_negative, help_heading = "Output")]

@@ -234,7 +234,12 @@ impl PictureName {
 pub fn plan(args: &Args) -> Result<Plan> {
     let show = if args.headless {
         let out = args.out.as_deref().map(PictureName::parse).transpose()?;
-        Show::Headless(HeadlessPlan { frames: args.frames.unwrap_or(1), dt_s: args.dt, start_s: args.start, out })
+        Show::Headless(HeadlessPlan {
+            frames: args.frames.unwrap_or(1),
+            dt_s: args.dt.unwrap_or(1.0 / 30.0),
+            start_s: args.start,
+            out,
+        })
     } else {
         Show::Window { frames: args.frames }
     };
