@@ -21,7 +21,7 @@ pub fn proofs() -> Vec<Fixture> {
         glb("cube_with_cuts_should_keep_8_fixed", cube()),
         glb("two_materials_should_keep_their_border", two_materials()),
         glb("rigid_hat_should_follow_the_head_joint", hat()),
-        glb("two_uv_seams_should_keep_4_fixed", two_seams()),
+        glb("two_slits_should_have_20_companions_and_regular_ends", two_seams()),
         glb("smallest_character_should_stay_one_triangle", triangle()),
     ];
     out.extend(crate_obj());
