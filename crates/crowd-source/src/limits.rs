@@ -18,6 +18,8 @@ pub struct Limits {
     pub keys: u64,
     /// Pixels of one image. Bounds decoding.
     pub image_pixels: u64,
+    /// Pixels of the longer side of an image. What packs hold and GPUs take.
+    pub image_side: u64,
 }
 
 impl Default for Limits {
@@ -30,6 +32,7 @@ impl Default for Limits {
             joints: 4_096,
             keys: 16_000_000,
             image_pixels: 8_192 * 8_192,
+            image_side: 16_384,
         }
     }
 }

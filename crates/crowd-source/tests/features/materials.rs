@@ -128,6 +128,36 @@ fn images_that_are_none_are_refused() {
 }
 
 #[test]
+fn images_are_decoded_to_their_end_and_no_side_is_longer_than_packs_hold() {
+    let png = |width, height| {
+        let mut png = std::io::Cursor::new(Vec::new());
+        image::GrayImage::new(width, height).write_to(&mut png, image::ImageFormat::Png).expect("encodes");
+        png.into_inner()
+    };
+    let whole = png(64, 64);
+    let mut broken = whole.clone();
+    let middle = broken.len() - 24;
+    broken[middle] ^= 0x55;
+    let cut = whole[..whole.len() - 20].to_vec();
+    for (bytes, words) in [
+        (broken, Some("does not decode")),
+        (cut, Some("does not decode")),
+        (png(16_385, 1), Some("found 16385 pixels a side, allowed 16384")),
+        (png(1, 16_385), Some("found 16385 pixels a side, allowed 16384")),
+        (png(16_384, 1), None),
+        (whole, None),
+    ] {
+        let mut doc = textured(json!({"index": 0}));
+        let view = doc.view(&bytes);
+        doc.json["images"][0]["bufferView"] = json!(view);
+        match words {
+            Some(words) => assert!(doc.refusal().contains(words), "{}", doc.refusal()),
+            None => assert_eq!(doc.load().images[0].bytes, bytes),
+        }
+    }
+}
+
+#[test]
 fn the_old_glossiness_materials_keep_their_diffuse_colour() {
     let character = surfaced(json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": {
         "diffuseFactor": [0.5, 0.25, 1, 1], "diffuseTexture": {"index": 0},
