@@ -1,8 +1,8 @@
-# A menu. Every recipe is one line that the README or .ci/run calls too; nothing needs `just`.
+# A menu. Every recipe is one line that the README, CONTRIBUTING, a doc page or .ci/run has too; nothing needs `just`.
 
 # Bake the shipped cast and picture a crowd
 crowd:
-    cargo run --release -p crowdbake -- bake fixtures/cast.toml -o out/cast.crowdpack && cargo run --release -p crowdplay -- out/cast.crowdpack --headless --count 2000 --out out/crowd.png
+    cargo run --release --locked -p crowdbake -- bake fixtures/cast.toml -o out/cast.crowdpack && cargo run --release --locked -p crowdplay -- out/cast.crowdpack --headless --count 3000 --size 1600x900 --out out/crowd.png
 
 # Show the crowd in a window
 play:

@@ -10,11 +10,11 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("crowd-lod", &[]),
     ("crowd-pack", &[]),
     ("crowd-raster", &[]),
-    ("crowd-scene", &["crowd-pack"]),
+    ("crowd-scene", &[]),
     ("crowd-stages", &["crowd-pack"]),
     ("crowdbake", &["crowd-source", "crowd-anim", "crowd-lod", "crowd-pack", "crowd-raster"]),
     ("crowdplay", &["crowd-stages", "crowd-scene", "crowd-pack", "crowd-raster"]),
-    ("crowd-fixtures", &["crowd-raster"]),
+    ("crowd-fixtures", &[]),
     (
         "crowd-tests",
         &[

@@ -1,4 +1,4 @@
-//! Shared helpers of the tests: where the fixtures lie, a crowd made of numbers alone, a GPU to run stages on.
+//! What the tests share: where the fixtures lie, a crowd made of numbers alone, a GPU to run stages on.
 
 pub mod folders;
 pub mod gpu;
