@@ -18,7 +18,7 @@ const TAU: f32 = core::f32::consts::TAU;
 const BODY: usize = 12;
 const LEG: usize = 6;
 
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names say it; their numbers mean nothing outside")]
 mod part {
     pub const BODY: u8 = 0;
     pub const LEG: u8 = 1;
@@ -474,7 +474,7 @@ fn around_belly(around: f32) -> f32 {
     x.min(1.0 - x)
 }
 
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names say it; their numbers mean nothing outside")]
 mod joint {
     pub const HIPS: usize = 0;
     pub const SPINE: usize = 1; // 1..=3

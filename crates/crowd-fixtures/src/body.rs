@@ -10,7 +10,7 @@ use crate::shape::{Corner, GridChart, Shape, running_share};
 
 /// Body parts, as the painter knows them.
 pub mod part {
-    #![allow(missing_docs)]
+    #![allow(missing_docs, reason = "the names say it; their numbers mean nothing outside")]
     pub const TRUNK: u8 = 0;
     pub const HEAD: u8 = 1;
     pub const ARM: u8 = 2;
@@ -27,7 +27,7 @@ pub mod part {
 
 /// What the skin weights of a position are computed from.
 pub mod tag {
-    #![allow(missing_docs)]
+    #![allow(missing_docs, reason = "the names say it; their numbers mean nothing outside")]
     pub const TRUNK: u16 = 0;
     pub const HEAD: u16 = 1;
     pub const HAIR_TAIL: u16 = 2;
@@ -41,7 +41,7 @@ pub mod tag {
 
 /// Charts of the human atlas, in the order of [`crate::atlas::HUMAN`].
 pub mod chart {
-    #![allow(missing_docs)]
+    #![allow(missing_docs, reason = "the names say it; their numbers mean nothing outside")]
     pub const FACE: u16 = 0;
     pub const BACK_HEAD: u16 = 1;
     pub const CROWN: u16 = 2;

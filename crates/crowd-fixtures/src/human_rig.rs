@@ -17,7 +17,7 @@ pub struct Joint {
 }
 
 /// Joint indices of the left side's chains; the right side's are `RIGHT` further on.
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "the names say it; their numbers mean nothing outside")]
 pub mod joint {
     pub const HIPS: usize = 0;
     pub const SPINE: usize = 1;

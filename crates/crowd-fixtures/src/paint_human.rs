@@ -7,7 +7,7 @@ use crate::body::{Figure, part};
 use crate::profile::{Profile, bell, mix, smoothstep};
 
 /// Region ids of the region maps; fixtures/README.md lists them.
-#[allow(missing_docs)]
+#[allow(missing_docs, reason = "fixtures/README.md lists them")]
 pub mod region {
     pub const SKIN: u8 = 1;
     pub const HAIR: u8 = 2;
