@@ -5,8 +5,8 @@
 //! wedges per collapse instead of once (see [`Criteria::Wedge`]).
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
 //!
-//! One module a step: `split_seams` (with `separate_layers`), `classify`, `quadrics`, `criteria`, `collapse` (on a `topology`), `reorder`, `reform`,
-//! `measure`.
+//! One module a step: `split_seams` (with `separate_layers`), `classify`, `quadrics`, `criteria`, `collapse` (on a `topology`),
+//! `reorder`, `reform`, `measure`.
 
 mod classify;
 mod closest;
@@ -66,12 +66,11 @@ pub fn simplify(
 
 /// Seams and classes alone, without simplifying: what `inspect` shows of a source asset.
 ///
-/// Classes do not depend on `criteria`: [`Criteria::Wedge`] starts from the same seams and only tests them later.
+/// The same under both criteria: [`Criteria::Wedge`] starts from the same seams and only tests them later.
 ///
 /// # Errors
 /// [`Error::Parameter`] when the slices disagree or hold indices or numbers that are not allowed.
-pub fn classify(mesh: &LodMesh<'_>, criteria: Criteria) -> Result<SeamReport> {
-    let _ = criteria;
+pub fn classify(mesh: &LodMesh<'_>) -> Result<SeamReport> {
     validate::validate_mesh(mesh)?;
     Ok(classify::classify_wedges(&split_seams::split_seams(mesh)).report)
 }

@@ -5,15 +5,12 @@ use crate::error::{BakeError, Cause, Step};
 use crate::plan::criteria_name;
 use crowd_lod::{CollapseOrder, VertexClass};
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, ImageRecord, LodRecord, Manifest, ManifestBlocked, ManifestCharacter,
+    AnimationLayout, CharacterRecord, ClipRecord, LodRecord, Manifest, ManifestBlocked, ManifestCharacter,
     ManifestClip, ManifestJoint, ManifestLevel, ManifestMeasured, ManifestNode, ManifestPart, ManifestSeams,
     ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord, material_flags, vertex_class,
 };
 use crowd_source::{ImageEncoding, RawClip, RawImage, RawInterpolation, RawMaterial, RawProperty, RawWrap};
 use std::collections::HashMap;
-
-/// Images start at multiples of this within their section.
-const IMAGE_ALIGNMENT: usize = 64;
 
 /// Puts characters into one pack, in the order given. The same characters give the same bytes.
 ///
@@ -36,8 +33,6 @@ pub fn assemble(characters: &[BakedCharacter], layout: AnimationLayout) -> Resul
 #[derive(Default)]
 struct Assembly {
     contents: PackContents,
-    /// Images by their bytes: characters of one family often share a texture.
-    image_index: HashMap<Vec<u8>, u32>,
     /// Runs of floats by their bits: characters of one rig often share their clips.
     track_offset: HashMap<Vec<u32>, u32>,
 }
@@ -124,29 +119,14 @@ impl Assembly {
         MaterialRecord { base_color: material.base_color, image, flags, alpha_cutoff, reserved: 0 }
     }
 
-    /// The index of an image, stored once however many characters use it.
+    /// The index of an image, stored once: characters of one family often share a texture.
     fn image(&mut self, image: &RawImage) -> u32 {
-        if let Some(&index) = self.image_index.get(&image.bytes) {
-            return index;
-        }
-        let out = &mut self.contents;
-        out.image_bytes.resize(out.image_bytes.len().next_multiple_of(IMAGE_ALIGNMENT), 0);
-        out.images.push(ImageRecord {
-            byte_offset: out.image_bytes.len() as u64,
-            byte_count: image.bytes.len() as u64,
-            width: image.width,
-            height: image.height,
-            encoding: match image.encoding {
-                ImageEncoding::Png => 0,
-                ImageEncoding::Jpeg => 1,
-                ImageEncoding::WebP => 2,
-            },
-            reserved: 0,
-        });
-        out.image_bytes.extend_from_slice(&image.bytes);
-        let index = out.images.len() as u32 - 1;
-        self.image_index.insert(image.bytes.clone(), index);
-        index
+        let encoding = match image.encoding {
+            ImageEncoding::Png => 0,
+            ImageEncoding::Jpeg => 1,
+            ImageEncoding::WebP => 2,
+        };
+        self.contents.add_image(&image.bytes, image.width, image.height, encoding)
     }
 
     /// The offset of a run of floats, stored once however many tracks use it.

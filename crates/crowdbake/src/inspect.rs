@@ -5,7 +5,7 @@ use crate::error::{BakeError, Step};
 use crate::report::SCHEMA_VERSION;
 use crate::unpack::Unpacked;
 use crate::views;
-use crowd_lod::{Criteria, LodMesh, SeamReport};
+use crowd_lod::{LodMesh, SeamReport};
 use crowd_pack::{AnimationLayout, ManifestSeams, PackContents};
 use crowd_source::{Limits, RawCharacter};
 use serde::Serialize;
@@ -276,7 +276,7 @@ pub(crate) fn classify(raw: &RawCharacter) -> Result<SeamReport, crowd_lod::Erro
         triangles: &raw.mesh.triangles,
         triangle_materials: &triangle_materials,
     };
-    crowd_lod::classify(&lod_mesh, Criteria::default())
+    crowd_lod::classify(&lod_mesh)
 }
 
 fn inspect_raw(raw: &RawCharacter, seams: &SeamReport, path: &Path) -> CharacterInspection {
