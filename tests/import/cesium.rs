@@ -37,7 +37,8 @@ fn farthest(one: &[(DVec3, [f64; 2])], other: &[(DVec3, [f64; 2])]) -> f64 {
     let gap = |(p, s): &(DVec3, [f64; 2]), (q, t): &(DVec3, [f64; 2])| {
         // Texture coordinates a whole tile apart show the same.
         let around = |d: f64| (d - d.round()).abs();
-        (*p - *q).length_squared() + (around(s[0] - t[0]) + around(s[1] - t[1])).powi(2)
+        let shift = around(s[0] - t[0]) + around(s[1] - t[1]);
+        (*p - *q).length_squared() + shift * shift
     };
     let nearest = |v| other.iter().map(|w| gap(v, w)).fold(f64::INFINITY, f64::min);
     one.iter().map(nearest).fold(0.0, f64::max).sqrt()

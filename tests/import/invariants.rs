@@ -9,6 +9,11 @@ pub fn broken_promise(character: &RawCharacter) -> Option<String> {
     mesh_promise(character).or_else(|| skeleton_promise(character)).or_else(|| clip_promise(character))
 }
 
+/// False for what is no number, too.
+fn is_one(value: f32, tolerance: f32) -> bool {
+    (value - 1.0).abs() < tolerance
+}
+
 fn mesh_promise(character: &RawCharacter) -> Option<String> {
     let mesh = &character.mesh;
     let count = mesh.positions.len();
@@ -21,12 +26,12 @@ fn mesh_promise(character: &RawCharacter) -> Option<String> {
             return Some(format!("vertex {v} is not finite"));
         }
         let length = mesh.normals[v].iter().map(|n| n * n).sum::<f32>();
-        if !((length - 1.0).abs() < 1e-4) {
+        if !is_one(length, 1e-4) {
             return Some(format!("vertex {v}: normal {:?}", mesh.normals[v]));
         }
         let (joints, weights) = (mesh.joints[v], mesh.weights[v]);
         let sum = weights.iter().sum::<f32>();
-        if !((sum - 1.0).abs() < 1e-5) || !weights.is_sorted_by(|a, b| a >= b) || weights[3] < 0.0 {
+        if !is_one(sum, 1e-5) || !weights.is_sorted_by(|a, b| a >= b) || weights[3] < 0.0 {
             return Some(format!("vertex {v}: weights {weights:?}"));
         }
         for slot in 0..4 {
@@ -70,7 +75,7 @@ fn skeleton_promise(character: &RawCharacter) -> Option<String> {
             return Some(format!("node {n} comes before its parent"));
         }
         let length = node.rotation.iter().map(|r| r * r).sum::<f32>();
-        if !((length - 1.0).abs() < 1e-5) || !node.translation.iter().chain(&node.scale).all(|x| x.is_finite()) {
+        if !is_one(length, 1e-5) || !node.translation.iter().chain(&node.scale).all(|x| x.is_finite()) {
             return Some(format!("node {n}: {node:?}"));
         }
     }
