@@ -53,7 +53,7 @@ impl PlanEntry {
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
     /// Nothing there.
-    #[error("{0}: no such file or folder")]
+    #[error("{0}: no such file or folder, allowed are .glb, .gltf, .obj and .toml files, folders and patterns")]
     NoSuchInput(PathBuf),
     /// A pattern without a match.
     #[error("{0}: the pattern matches no .glb, .gltf or .obj file")]

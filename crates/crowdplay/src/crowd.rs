@@ -134,8 +134,10 @@ fn choose_clips(
     if let ClipPlan::Named(words) = plan {
         for word in words {
             if characters.iter().all(|&c| named(&names_of(c), word).is_empty()) {
-                let all = characters.iter().flat_map(|&c| names_of(c));
-                return Err(Error::Parameter { option: "--clips", found: word.clone(), allowed: list(all) });
+                let mut seen = std::collections::BTreeSet::new();
+                let all = characters.iter().flat_map(|&c| names_of(c)).filter(|name| seen.insert(*name));
+                let allowed = list(all);
+                return Err(Error::Parameter { option: "--clips", found: word.clone(), allowed });
             }
         }
     }
