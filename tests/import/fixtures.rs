@@ -47,7 +47,7 @@ fn bad_inputs_get_the_answer_they_are_named_after() {
             }
         };
         let kind = match &error {
-            Error::Io { .. } => "io",
+            Error::Io { .. } | Error::NamedFile { .. } => "io",
             Error::Format { .. } => "format",
             Error::Unsupported { .. } => "unsupported",
             Error::Limit { .. } => "limit",

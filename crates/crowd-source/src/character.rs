@@ -143,7 +143,8 @@ pub struct RawMaterial {
     pub base_color: [f32; 4],
     /// Base colour texture.
     pub texture: Option<RawTexture>,
-    /// Pixels with less alpha than this are not drawn; `None` for opaque. BLEND becomes 0.5, with a warning.
+    /// Pixels with less alpha than this are not drawn; `None` for opaque. BLEND becomes half the
+    /// factor's alpha, at most 0.5, with a warning: a pane of alpha 0.3 stays, and the texture's own alpha cuts it at half.
     pub alpha_cutoff: Option<f32>,
     /// Back faces are drawn too.
     pub double_sided: bool,
@@ -151,6 +152,12 @@ pub struct RawMaterial {
     pub unlit: bool,
     /// The file gives no normals: glTF asks for flat shading, one normal a triangle. In OBJ: `s off` and no normals.
     pub flat_normals: bool,
+}
+
+/// The cutoff of a mask that stands for blending with a factor of that alpha: half of it, so that the texture's alpha is cut
+/// at a half, whatever the factor. 0.5 for a factor of 0, which nothing is to be seen of.
+pub(crate) fn blend_cutoff(alpha: f32) -> f32 {
+    if alpha > 0.0 { 0.5 * alpha.min(1.0) } else { 0.5 }
 }
 
 /// A material's texture: image and wrapping.
@@ -205,7 +212,7 @@ pub enum ImageEncoding {
 ///
 /// | code | what it means |
 /// |---|---|
-/// | `alpha-blend-as-mask` | transparency is drawn as a mask with cutoff 0.5 |
+/// | `alpha-blend-as-mask` | transparency is drawn as a mask, cut where the texture's alpha is below a half |
 /// | `bind-space-kept` | a skin's heaviest joint has no size at rest; its bind space was not moved |
 /// | `black-factor-ignored` | MTL: a black `Kd` over a texture became white |
 /// | `clip-without-tracks` | an animation moves no joint and was left out |

@@ -17,6 +17,18 @@ pub enum Error {
         /// The system's word.
         source: std::io::Error,
     },
+    /// A file that the asset names could not be read.
+    #[error("{path}: {place}: `{name}`: {source}")]
+    NamedFile {
+        /// The asset.
+        path: PathBuf,
+        /// What names the file: a buffer, an image, a material.
+        place: String,
+        /// Its name as the asset writes it, shortened.
+        name: String,
+        /// The system's word.
+        source: std::io::Error,
+    },
     /// The file is wrong.
     #[error("{path}: {place}: {problem}")]
     Format {

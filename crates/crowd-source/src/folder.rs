@@ -22,20 +22,26 @@ pub(crate) struct Folder<'a> {
 
 /// Reads a file that the caller named, at most `limits.file_bytes` long.
 pub(crate) fn read_named_file(asset: Asset<'_>) -> Result<Vec<u8>> {
-    read_plain_file(asset, asset.path, asset.limits.file_bytes)
+    let io = |source| Error::Io { path: asset.path.to_owned(), source };
+    read_plain_file(asset, "file", asset.path, asset.limits.file_bytes, io)
 }
 
-fn read_plain_file(asset: Asset<'_>, path: &Path, allowed: u64) -> Result<Vec<u8>> {
-    let io = |source| Error::Io { path: path.to_owned(), source };
-    let found = std::fs::metadata(path).map_err(io)?;
+fn read_plain_file(
+    asset: Asset<'_>,
+    place: &str,
+    path: &Path,
+    allowed: u64,
+    io: impl Fn(std::io::Error) -> Error,
+) -> Result<Vec<u8>> {
+    let found = std::fs::metadata(path).map_err(&io)?;
     if !found.is_file() {
         return Err(io(std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a plain file")));
     }
-    asset.check_limit(path.display().to_string(), "bytes", found.len(), allowed)?;
+    asset.check_limit(place, "bytes", found.len(), allowed)?;
     let mut bytes = Vec::with_capacity(found.len() as usize);
     // The file may grow between the question and the reading: the reader itself is bounded too.
-    std::fs::File::open(path).map_err(io)?.take(allowed + 1).read_to_end(&mut bytes).map_err(io)?;
-    asset.check_limit(path.display().to_string(), "bytes", bytes.len() as u64, allowed)?;
+    std::fs::File::open(path).map_err(&io)?.take(allowed + 1).read_to_end(&mut bytes).map_err(&io)?;
+    asset.check_limit(place, "bytes", bytes.len() as u64, allowed)?;
     Ok(bytes)
 }
 
@@ -61,7 +67,7 @@ impl<'a> Folder<'a> {
             .map_err(|_| self.asset.format(place, format!("the URI `{}` is not UTF-8 after decoding", shorten(uri))))?;
         match self.read_relative(place, &decoded) {
             // Some exporters write a bare `%`: the name as it stands is the second guess.
-            Err(Error::Io { .. }) if decoded != uri && self.resolve(place, uri).is_ok_and(|p| p.is_file()) => {
+            Err(Error::NamedFile { .. }) if decoded != uri && self.resolve(place, uri).is_ok_and(|p| p.is_file()) => {
                 self.read_relative(place, uri)
             }
             other => other,
@@ -77,9 +83,27 @@ impl<'a> Folder<'a> {
     fn read_relative(&self, place: &str, name: &str) -> Result<Vec<u8>> {
         let path = self.resolve(place, name)?;
         let allowed = self.asset.limits.file_bytes.saturating_sub(self.bytes_read.get());
-        let bytes = read_plain_file(self.asset, &path, allowed)?;
+        let bytes = read_plain_file(self.asset, place, &path, allowed, |source| self.unread(place, name, source))?;
         self.bytes_read.set(self.bytes_read.get() + bytes.len() as u64);
         Ok(bytes)
+    }
+
+    /// The canonical path behind a glTF URI; `None` for data, and for what is not there or may not be read.
+    pub(crate) fn locate_uri(&self, uri: &str) -> Option<PathBuf> {
+        if strip_data_scheme(uri).is_some() {
+            return None;
+        }
+        let decoded = percent_encoding::percent_decode_str(uri).decode_utf8().ok()?;
+        self.locate_path(&decoded).or_else(|| self.locate_path(uri))
+    }
+
+    /// The canonical path of a file that the asset names; `None` where it is not there or may not be read.
+    pub(crate) fn locate_path(&self, name: &str) -> Option<PathBuf> {
+        self.refuse_scheme("", name).and_then(|()| self.resolve("", name)).ok()
+    }
+
+    fn unread(&self, place: &str, name: &str, source: std::io::Error) -> Error {
+        Error::NamedFile { path: self.asset.path.to_owned(), place: place.to_owned(), name: shorten(name), source }
     }
 
     /// The canonical path of `name`, inside the folder.
@@ -117,7 +141,7 @@ impl<'a> Folder<'a> {
                 return Err(leaves());
             }
         }
-        let canonical = path.canonicalize().map_err(|source| Error::Io { path: self.root.join(name), source })?;
+        let canonical = path.canonicalize().map_err(|source| self.unread(place, name, source))?;
         // Symbolic links are resolved by now.
         if canonical.starts_with(&self.root) { Ok(canonical) } else { Err(leaves()) }
     }

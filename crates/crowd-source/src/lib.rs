@@ -10,6 +10,7 @@ mod folder;
 mod gltf_reader;
 mod image_header;
 mod limits;
+mod named_files;
 mod names;
 mod obj_reader;
 mod part;
@@ -18,6 +19,7 @@ mod refusal;
 pub use character::*;
 pub use error::{Error, Result};
 pub use limits::Limits;
+pub use named_files::named_files;
 
 use std::path::Path;
 

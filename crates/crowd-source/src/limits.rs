@@ -1,5 +1,9 @@
 //! What a file may ask for. Each limit says what it buys.
 
+/// Largest coordinate of a vertex at rest, metres. Floats are 6 cm apart there: beyond it is no character, and products of
+/// positions stay far within the numbers' range.
+pub(crate) const POSITION_M: f32 = 1e6;
+
 /// Upper bounds on what the reader allocates for one character.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limits {

@@ -3,7 +3,8 @@
 /// Longest name that is kept, in characters.
 const NAME_CHARS: usize = 200;
 
-/// At most 80 characters of a stranger's text, for a message. Control characters, which could steer a terminal, become `?`.
+/// At most 80 characters of a stranger's text, for a message. What could steer a terminal or turn the
+/// direction of its text becomes `?`.
 pub(crate) fn shorten(text: &str) -> String {
     cut(text, 80)
 }
@@ -19,8 +20,14 @@ pub(crate) fn name_or(name: Option<&str>, fallback: impl FnOnce() -> String) -> 
 fn cut(text: &str, chars: usize) -> String {
     let end = text.char_indices().nth(chars).map(|(end, _)| end);
     let kept: String =
-        text[..end.unwrap_or(text.len())].chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+        text[..end.unwrap_or(text.len())].chars().map(|c| if steers_text(c) { '?' } else { c }).collect();
     if end.is_some() { kept + "..." } else { kept }
+}
+
+/// Control characters, line separators, and the marks that turn the direction of text.
+fn steers_text(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 #[cfg(test)]
@@ -36,6 +43,7 @@ mod tests {
     #[test]
     fn words_cannot_steer_a_terminal() {
         assert_eq!(name_or(Some("a\u{1b}[2Jb\n"), || unreachable!("there is a name")), "a?[2Jb?");
+        assert_eq!(shorten("glb.\u{202e}gnp"), "glb.?gnp");
     }
 
     #[test]

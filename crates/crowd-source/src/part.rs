@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
+use crate::limits::POSITION_M;
 use crate::{RawMesh, RawPart};
 
 /// A part's own vertices and triangles, in the common bind space. Per-vertex arrays have one entry per vertex.
@@ -20,6 +21,23 @@ pub(crate) struct PartMesh {
 
 /// What is said about triangles without area because two corners are one vertex.
 pub(crate) const DEGENERATE: &str = "triangles that use one vertex twice were left out; nothing is seen of them";
+
+/// What is said where none of the triangles is left.
+pub(crate) fn all_degenerate(count: u64) -> String {
+    format!("all {count} triangles are degenerate: two corners at one place; a character needs at least one triangle")
+}
+
+/// True when a position lies where no character does.
+pub(crate) fn is_too_far(position: &[f32; 3]) -> bool {
+    position.iter().any(|c| c.abs() > POSITION_M)
+}
+
+/// What is said about such a position.
+pub(crate) fn too_far(position: &[f32; 3]) -> String {
+    format!(
+        "lies at {position:?}, allowed up to {POSITION_M} m along each axis; files are in metres, scale the model down before export"
+    )
+}
 
 /// Area-weighted unit normals, equal for vertices at one position. Lone and flat spots get +Y.
 pub(crate) fn area_weighted_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {

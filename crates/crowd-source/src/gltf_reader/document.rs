@@ -48,11 +48,15 @@ const LEFT_OUT: &[(&str, &str)] = &[
 pub(super) const DRACO_REMEDY: &str =
     "decompress the file first, for instance with `gltf-pipeline -i in.glb -o out.glb`, or use EXT_meshopt_compression";
 
+/// Reads the JSON chunk as it stands.
+pub(super) fn parse_json(asset: Asset<'_>, json: &[u8]) -> Result<Value> {
+    let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
+    serde_json::from_slice(json).map_err(|e| asset.format("JSON", format!("not a glTF document: {}", say(&e))))
+}
+
 /// Reads the JSON chunk and refuses what we cannot honour.
 pub(super) fn parse_document(asset: Asset<'_>, json: &[u8], warnings: &mut Warnings) -> Result<Root> {
-    let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
-    let mut value: Value =
-        serde_json::from_slice(json).map_err(|e| asset.format("JSON", format!("not a glTF document: {}", say(&e))))?;
+    let mut value = parse_json(asset, json)?;
     let Some(fields) = value.as_object_mut() else {
         return Err(asset.format("JSON", "not a glTF document: the text is no object"));
     };

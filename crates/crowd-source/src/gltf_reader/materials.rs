@@ -9,6 +9,7 @@ use gltf::json::{Root, texture};
 
 use super::document::describe;
 use super::images::ImageTable;
+use crate::character::blend_cutoff;
 use crate::names::name_or;
 use crate::refusal::{Asset, Warnings};
 use crate::{RawMaterial, RawTexture, RawWrap, Result};
@@ -118,9 +119,12 @@ impl<'a, 'b> MaterialTable<'a, 'b> {
             Checked::Valid(AlphaMode::Opaque) => None,
             Checked::Valid(AlphaMode::Mask) => Some(material.alpha_cutoff.map_or(0.5, |c| c.0)),
             Checked::Valid(AlphaMode::Blend) => {
-                let message = "alpha mode BLEND is drawn as MASK with cutoff 0.5: pixels are there or not. Use MASK to choose the cutoff yourself";
+                let cutoff = blend_cutoff(base_color[3]);
+                let message = format!(
+                    "alpha mode BLEND is drawn as MASK with cutoff {cutoff}: pixels are there or not. Use MASK to choose the cutoff yourself"
+                );
                 warnings.add("alpha-blend-as-mask", &place, 1, message);
-                Some(0.5)
+                Some(cutoff)
             }
             Checked::Invalid => {
                 return Err(self.asset.format(place, "`alphaMode` is none of OPAQUE, MASK, BLEND"));

@@ -22,6 +22,14 @@ use crate::folder::Folder;
 use crate::refusal::{Asset, Warnings};
 use crate::{RawCharacter, Result};
 
+/// The URIs of a document's buffers and images, whatever else is wrong with it.
+pub(crate) fn list_uris(asset: Asset<'_>, bytes: &[u8]) -> Result<Vec<String>> {
+    let json = container::split_container(asset, bytes)?.json;
+    let document = document::parse_json(asset, json)?;
+    let lists = ["buffers", "images"].into_iter().filter_map(|list| document.get(list)?.as_array());
+    Ok(lists.flatten().filter_map(|item| Some(item.get("uri")?.as_str()?.to_owned())).collect())
+}
+
 /// Reads a `.glb` or `.gltf`, told apart by content. `name` becomes the character's.
 pub(crate) fn read_gltf(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<RawCharacter> {
     let mut warnings = Warnings::default();

@@ -11,7 +11,9 @@ use super::materials::{MaterialTable, texture_uses};
 use super::nodes::{NodeTree, node_place};
 use super::primitives::{Geometry, Shape};
 use super::skins::{Palette, Skin, common_from_group, group_bind_spaces, is_invertible, read_skin};
-use crate::part::{DEGENERATE, PartMesh, append_part, complete_normals, weld_vertices};
+use crate::part::{
+    DEGENERATE, PartMesh, all_degenerate, append_part, complete_normals, is_too_far, too_far, weld_vertices,
+};
 use crate::refusal::{Asset, Warnings};
 use crate::{RawMesh, Result};
 
@@ -35,7 +37,7 @@ pub(super) fn place_meshes(
     warnings: &mut Warnings,
 ) -> Result<(RawMesh, Palette)> {
     let instances = list_instances(root, tree);
-    let (shapes, skipped) = read_shapes(asset, root, buffers, &instances, warnings)?;
+    let (shapes, skipped, mut degenerate_count) = read_shapes(asset, root, buffers, &instances, warnings)?;
     let skins = read_skins(asset, root, buffers, tree, &instances)?;
     check_repeated_counts(asset, &instances, &shapes)?;
     let weight_sums = sum_weights(asset, &instances, &shapes, &skins)?;
@@ -66,11 +68,15 @@ pub(super) fn place_meshes(
                 let problem = format!("vertex {v} leaves the numbers' range at rest: {:?}", shape.positions[v]);
                 return Err(asset.format(&shape.place, problem));
             }
+            if let Some(v) = part.positions.iter().position(is_too_far) {
+                return Err(asset.format(&shape.place, format!("vertex {v} {}", too_far(&part.positions[v]))));
+            }
             let flat = part.normals.is_empty();
             let repaired = complete_normals(&mut part);
             let message = "normals without a direction were computed from the triangles around them";
             warnings.add("normals-repaired", &shape.place, repaired, message);
             let degenerate = weld_vertices(&mut part);
+            degenerate_count += degenerate;
             warnings.add("degenerate-triangles-dropped", &shape.place, degenerate, DEGENERATE);
             if part.triangles.is_empty() {
                 continue;
@@ -87,6 +93,9 @@ pub(super) fn place_meshes(
             "{count} morph targets are not supported and were left out; the mesh shows its base shape. Bake the wanted shape into the mesh before export"
         );
         warnings.add("morph-targets-ignored", place, *count, message);
+    }
+    if mesh.triangles.is_empty() && degenerate_count > 0 {
+        return Err(asset.format("scene", all_degenerate(degenerate_count)));
     }
     if mesh.triangles.is_empty() {
         let found = format!(
@@ -113,14 +122,16 @@ fn list_instances(root: &Root, tree: &NodeTree) -> Vec<Instance> {
     shown.collect()
 }
 
+/// Shapes by mesh; how many primitives are points or lines; how many triangles use one vertex twice.
 fn read_shapes(
     asset: Asset<'_>,
     root: &Root,
     buffers: &Buffers<'_>,
     instances: &[Instance],
     warnings: &mut Warnings,
-) -> Result<(BTreeMap<usize, Vec<Shape>>, u64)> {
-    let mut geometry = Geometry { asset, root, buffers, vertices_read: 0, triangles_read: 0, skipped: 0 };
+) -> Result<(BTreeMap<usize, Vec<Shape>>, u64, u64)> {
+    let mut geometry =
+        Geometry { asset, root, buffers, vertices_read: 0, triangles_read: 0, degenerate: 0, skipped: 0 };
     let textures = texture_uses(root);
     let mut shapes = BTreeMap::new();
     for instance in instances {
@@ -128,7 +139,7 @@ fn read_shapes(
             fresh.insert(geometry.read_mesh(instance.mesh, &textures, warnings)?);
         }
     }
-    Ok((shapes, geometry.skipped))
+    Ok((shapes, geometry.skipped, geometry.degenerate))
 }
 
 fn read_skins(

@@ -44,6 +44,8 @@ pub(super) struct Geometry<'a, 'b> {
     /// Vertices and triangles read so far, over all primitives.
     pub(super) vertices_read: u64,
     pub(super) triangles_read: u64,
+    /// Triangles left out because they use one vertex twice.
+    pub(super) degenerate: u64,
     /// Primitives of points and lines, left out.
     pub(super) skipped: u64,
 }
@@ -110,6 +112,7 @@ impl<'a> Geometry<'a, '_> {
         let indices = self.read_indices(&place, primitive, count)?;
         let (triangles, degenerate) = unroll_triangles(mode, &indices);
         self.triangles_read += triangles.len() as u64 + degenerate;
+        self.degenerate += degenerate;
         self.asset.check_limit(&place, "triangles", self.triangles_read, self.asset.limits.triangles)?;
         if mode == Mode::Triangles {
             warnings.add("degenerate-triangles-dropped", &place, degenerate, DEGENERATE);

@@ -9,14 +9,32 @@ mod surfaces;
 
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::path::PathBuf;
 
 use crate::folder::Folder;
 use crate::names::{name_or, shorten};
-use crate::part::{DEGENERATE, PartMesh, append_part, complete_normals, weld_vertices};
+use crate::part::{
+    DEGENERATE, PartMesh, all_degenerate, append_part, complete_normals, is_too_far, too_far, weld_vertices,
+};
 use crate::refusal::{Asset, Warnings};
 use crate::{RawCharacter, RawJoint, RawMesh, RawNode, Result};
 use polygons::triangulate_polygon;
 use surfaces::SurfaceTable;
+
+/// The libraries that an `.obj` names and the textures that these name, where they are there.
+pub(crate) fn list_files(asset: Asset<'_>, folder: &Folder<'_>, bytes: &[u8]) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for line in clean::decode_text(asset, bytes)?.lines() {
+        let Some(("mtllib", name)) = line.trim().split_once(char::is_whitespace) else { continue };
+        let Some(library) = folder.locate_path(name.trim()) else { continue };
+        files.push(library);
+        let Ok(text) = folder.read_path("mtllib", name.trim()).and_then(|text| clean::decode_text(asset, &text)) else {
+            continue;
+        };
+        files.extend(surfaces::list_textures(&text).filter_map(|texture| folder.locate_path(texture)));
+    }
+    Ok(files)
+}
 
 /// Reads an `.obj`; its `mtllib` and textures come from the same folder.
 pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<RawCharacter> {
@@ -29,14 +47,14 @@ pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<R
     let mut surfaces = SurfaceTable::new(asset, &folder, &materials);
     let mut mesh = RawMesh::default();
     for (model_name, material, meshes) in group_models(&models) {
+        let place = format!("object `{}`", shorten(model_name));
         let mut part = PartMesh::default();
         for model in meshes {
-            unify_indices(asset, &cleaned, model, &mut part)?;
+            unify_indices(asset, &place, &cleaned, model, &mut part)?;
         }
         if part.triangles.is_empty() {
             continue;
         }
-        let place = format!("object `{}`", shorten(model_name));
         let flat = part.normals.is_empty() && cleaned.is_faceted;
         let repaired = complete_normals(&mut part);
         let message = "normals without a direction were computed from the triangles around them";
@@ -50,6 +68,10 @@ pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<R
         }
         let material = surfaces.index(material, flat, &mut warnings)?;
         append_part(&mut mesh, part, name_or(Some(model_name), || "object".to_owned()), material, true);
+    }
+    let found = models.iter().map(|model| count_triangles(&model.mesh)).sum();
+    if mesh.triangles.is_empty() && found > 0 {
+        return Err(asset.format("file", all_degenerate(found)));
     }
     if mesh.triangles.is_empty() {
         return Err(asset.format("file", "no faces; a character needs at least one triangle"));
@@ -103,6 +125,13 @@ fn parse_with_tobj(
     Ok((models, materials))
 }
 
+fn count_triangles(mesh: &tobj::Mesh) -> u64 {
+    match mesh.face_arities.as_slice() {
+        [] => mesh.indices.len() as u64 / 3,
+        arities => arities.iter().map(|&arity| u64::from(arity).saturating_sub(2)).sum(),
+    }
+}
+
 /// Models of one name and material together, in the order in which they begin.
 fn group_models(models: &[tobj::Model]) -> Vec<(&str, Option<usize>, Vec<&tobj::Mesh>)> {
     let mut groups: Vec<(&str, Option<usize>, Vec<&tobj::Mesh>)> = Vec::new();
@@ -121,7 +150,13 @@ fn group_models(models: &[tobj::Model]) -> Vec<(&str, Option<usize>, Vec<&tobj::
 /// Dong 2019 §5.2, Algorithm 1: a vertex for every combination of position and texture point that faces use (and normal,
 /// which the paper computes later), so that one index serves all attributes. Departs: a hash map finds the
 /// combinations, where the paper searches.
-fn unify_indices(asset: Asset<'_>, cleaned: &clean::Cleaned, model: &tobj::Mesh, part: &mut PartMesh) -> Result<()> {
+fn unify_indices(
+    asset: Asset<'_>,
+    place: &str,
+    cleaned: &clean::Cleaned,
+    model: &tobj::Mesh,
+    part: &mut PartMesh,
+) -> Result<()> {
     let mut universal: HashMap<[u32; 3], u32> = HashMap::with_capacity(model.positions.len() / 3);
     let mut corners = Vec::with_capacity(model.indices.len());
     for (at, &position) in model.indices.iter().enumerate() {
@@ -131,11 +166,14 @@ fn unify_indices(asset: Asset<'_>, cleaned: &clean::Cleaned, model: &tobj::Mesh,
         let fresh = part.positions.len() as u32;
         let vertex = *universal.entry(key).or_insert(fresh);
         if vertex == fresh {
-            let place: [f32; 3] = numbers(&model.positions, position);
-            if place.iter().any(|c| !c.is_finite()) {
-                return Err(asset.format("file", format!("a vertex lies at {place:?}; positions are finite")));
+            let point: [f32; 3] = numbers(&model.positions, position);
+            if point.iter().any(|c| !c.is_finite()) {
+                return Err(asset.format("file", format!("a vertex lies at {point:?}; positions are finite")));
             }
-            part.positions.push(place);
+            if is_too_far(&point) {
+                return Err(asset.format(place, format!("a vertex {}", too_far(&point))));
+            }
+            part.positions.push(point);
             let [u, v] = texture.map_or([0.0; 2], |t| numbers(&model.texcoords, t));
             // OBJ counts v upwards, glTF downwards.
             part.uvs.push(if u.is_finite() && v.is_finite() { [u, 1.0 - v] } else { [0.0; 2] });

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::character::blend_cutoff;
 use crate::folder::Folder;
 use crate::image_header::read_image;
 use crate::names::{name_or, shorten};
@@ -16,9 +17,9 @@ pub(super) fn read_library(
     warnings: &mut Warnings,
 ) -> Result<String> {
     let place = format!("mtllib `{}`", shorten(name));
-    let bytes = match folder.read_path(&place, name) {
+    let bytes = match folder.read_path("mtllib", name) {
         Ok(bytes) => bytes,
-        Err(Error::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+        Err(Error::NamedFile { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
             let message = "the material library is missing, so everything is white; put it beside the OBJ";
             warnings.add("material-library-missing", &place, 1, message);
             return Ok(String::new());
@@ -53,6 +54,15 @@ pub(super) fn read_library(
         }
     }
     Ok(kept)
+}
+
+/// The textures that a library names, options left out.
+pub(super) fn list_textures(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter_map(|line| {
+        let (word, rest) = line.trim().split_once(char::is_whitespace)?;
+        let names_one = word.starts_with("map_") || matches!(word, "bump" | "disp" | "norm");
+        names_one.then(|| split_texture_options(rest).2)
+    })
 }
 
 /// The materials that parts use, in the order of their first use, and their images.
@@ -111,9 +121,12 @@ impl<'a> SurfaceTable<'a> {
         let alpha = found.dissolve.unwrap_or(1.0);
         let mut alpha_cutoff = None;
         if alpha < 1.0 || found.dissolve_texture.is_some() {
-            let message = "transparency (d, map_d) is drawn as a mask with cutoff 0.5 on the texture's alpha: pixels are there or not";
+            let cutoff = blend_cutoff(alpha);
+            let message = format!(
+                "transparency (d, map_d) is drawn as a mask with cutoff {cutoff} on the texture's alpha: pixels are there or not"
+            );
             warnings.add("alpha-blend-as-mask", &place, 1, message);
-            alpha_cutoff = Some(0.5);
+            alpha_cutoff = Some(cutoff);
         }
         let [r, g, b] = diffuse;
         Ok(RawMaterial {
@@ -136,7 +149,7 @@ impl<'a> SurfaceTable<'a> {
         let image = match self.known_images.get(name) {
             Some(index) => *index,
             None => {
-                let bytes = self.folder.read_path(&here, name)?;
+                let bytes = self.folder.read_path(&format!("{place}: map_Kd"), name)?;
                 let file_name = name.rsplit(['/', '\\']).next().unwrap_or(name);
                 self.images.push(read_image(self.asset, &here, shorten(file_name), bytes)?);
                 let index = self.images.len() as u32 - 1;

@@ -45,6 +45,12 @@ fn alpha_modes_become_cutoffs() {
         (json!({"alphaMode": "MASK"}), Some(0.5), false),
         (json!({"alphaMode": "MASK", "alphaCutoff": 0.25}), Some(0.25), false),
         (json!({"alphaMode": "BLEND"}), Some(0.5), true),
+        (
+            json!({"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.25]}}),
+            Some(0.125),
+            true,
+        ),
+        (json!({"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0]}}), Some(0.5), true),
     ] {
         let character = surfaced(material).load();
         assert_eq!(character.materials[0].alpha_cutoff, cutoff);

@@ -180,6 +180,26 @@ fn triangles_that_use_a_vertex_twice_are_left_out() {
 }
 
 #[test]
+fn a_mesh_of_degenerate_triangles_alone_is_refused_by_that_name() {
+    let mut doc = Doc::triangle();
+    let indices = doc.indices(&[1, 1, 1, 2, 2, 0]);
+    doc.json["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+    let refusal = doc.refusal();
+    assert!(refusal.contains("all 2 triangles are degenerate: two corners at one place"), "{refusal}");
+}
+
+#[test]
+fn positions_beyond_a_thousand_kilometres_name_their_vertex_and_the_remedy() {
+    let mut doc = Doc::triangle();
+    let far = doc.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.5e6, 0.0]);
+    doc.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(far);
+    let refusal = doc.refusal();
+    for part in ["mesh 0", "vertex 2", "-1500000.0", "allowed up to 1000000 m", "scale the model down"] {
+        assert!(refusal.contains(part), "no {part:?} in {refusal}");
+    }
+}
+
+#[test]
 fn attributes_of_different_length_are_refused() {
     let mut doc = Doc::triangle();
     let normals = doc.floats("VEC3", &[0.; 6]);

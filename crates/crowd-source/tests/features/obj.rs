@@ -159,3 +159,11 @@ fn faces_are_flat_where_the_file_turns_smoothing_off() {
         assert_eq!(load(&format!("{line}{SEAM}")).materials[0].flat_normals, flat, "{line}");
     }
 }
+
+#[test]
+fn degenerate_faces_alone_and_far_away_vertices_are_refused() {
+    let words = refusal("v 0 0 0\nv 1 0 0\nf 1 1 1\n");
+    assert!(words.contains("degenerate"), "{words}");
+    let words = refusal("o moon\nv 0 0 0\nv 1 0 0\nv 0 4e8 0\nf 1 2 3\n");
+    assert!(words.contains("object `moon`: a vertex lies at") && words.contains("allowed up to 1000000 m"), "{words}");
+}

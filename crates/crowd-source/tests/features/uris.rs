@@ -105,3 +105,31 @@ fn links_that_lead_out_are_refused_and_those_that_stay_are_not() {
         assert_eq!(loaded.is_ok(), allowed, "{loaded:?}");
     }
 }
+
+#[test]
+fn missing_files_are_named_with_the_asset_and_the_place() {
+    let refusal = with_uri("gone.bin", &[]).expect_err("nothing there").to_string();
+    assert!(refusal.contains("a.gltf: buffer 0: `gone.bin`: "), "{refusal}");
+    let long = format!("a\u{202e}{}.bin", "x".repeat(500));
+    let refusal = with_uri(&long, &[]).expect_err("nothing there").to_string();
+    assert!(refusal.contains("buffer 0: `a?xxx") && !refusal.contains(&"x".repeat(100)), "{refusal}");
+    assert!(!refusal.contains('\u{202e}'), "{refusal:?}");
+}
+
+#[test]
+fn the_files_that_an_asset_names_are_listed_where_they_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let root = folder.path().canonicalize().expect("it is there");
+    let write = |name: &str, bytes: &[u8]| std::fs::write(root.join(name), bytes).expect("the folder is ours");
+    let mut doc = Doc::triangle();
+    doc.json["buffers"][0]["uri"] = json!("a%20b.bin");
+    doc.json["images"] = json!([{"uri": "skin.png"}, {"uri": "gone.png"}, {"uri": "data:,x"}, {"uri": "../up.png"}]);
+    write("a.gltf", doc.json.to_string().as_bytes());
+    write("b.obj", b"mtllib my paint.mtl\nv 0 0 0\n");
+    write("my paint.mtl", b"newmtl m\nmap_Kd -clamp on skin.png\n");
+    ["a b.bin", "skin.png", "other.bin"].iter().for_each(|name| write(name, b"?"));
+    let listed = |asset: &str| crowd_source::named_files(&root.join(asset));
+    assert_eq!(listed("a.gltf"), ["a b.bin", "skin.png"].map(|name| root.join(name)));
+    assert_eq!(listed("b.obj"), ["my paint.mtl", "skin.png"].map(|name| root.join(name)));
+    assert!(listed("other.bin").is_empty() && listed("gone.gltf").is_empty());
+}
