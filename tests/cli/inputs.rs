@@ -133,3 +133,22 @@ fn every_bad_fixture_is_refused_and_named() {
     }
     assert!(!bench.path("out.crowdpack").exists());
 }
+
+#[test]
+fn a_character_of_degenerate_triangles_alone_is_refused_and_the_batch_goes_on() {
+    let bench = Bench::with(&[TUBE]);
+    // Corners at one place, told apart by their texture points.
+    bench.write("flat.obj", "v 0 0 0\nv 1 0 0\nvt 0 0\nvt 1 0\nf 1/1 1/2 2/1\nf 2/1 2/2 1/1\n");
+    bench.write("folded.obj", "v 0 0 0\nv 1 0 0\nf 1 1 1\n");
+    let words = ["all 2 triangles are degenerate: two corners at one place", "all 1 triangles are degenerate"];
+    bench.run(&["bake", "@.", "-o", "@out.crowdpack"]).expect(1).says(&words);
+    assert_eq!(names(&bench, "out.crowdpack"), ["straight_tube_should_keep_its_elbow"]);
+    bench.run(&["inspect", "@flat.obj"]).expect(1).says(&words[..1]);
+    bench.run(&["inspect", "@folded.obj"]).expect(1).says(&words[1..]);
+}
+
+#[test]
+fn a_folder_is_not_inspected() {
+    let bench = Bench::new();
+    bench.run(&["inspect", "@."]).expect(1).says(&["error: read: ", "is a folder, a pack or an asset is needed"]);
+}

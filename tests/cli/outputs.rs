@@ -25,6 +25,7 @@ fn a_pack_that_cannot_be_written_ends_with_3_before_any_work() {
     let below_a_file = format!("@{TRIANGLE}/out.crowdpack");
     let done = bench.run(&["bake", &input, "-o", &below_a_file]).expect(3);
     assert!(!done.err.contains("triangles down to"), "{}", done.err);
+    done.says(&["is a file, a folder is needed"]);
     std::fs::create_dir(bench.path("folder")).unwrap();
     bench.run(&["bake", &input, "-o", "@folder"]).expect(3).says(&["is a folder"]);
     assert_eq!(bench.listing(), ["folder", TRIANGLE]);
@@ -54,4 +55,108 @@ fn quiet_says_nothing_and_the_pack_is_the_same() {
     let loud = bench.run(&["bake", "-v", &input, "-o", "@b.crowdpack"]).expect(0);
     loud.says(&["simplify", "1 triangles down to 1"]);
     assert!(bench.read("a.crowdpack") == bench.read("b.crowdpack"));
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_followed_and_stay_links() {
+    let bench = Bench::with(&[TRIANGLE]);
+    let input = format!("@{TRIANGLE}");
+    for (link, real) in [("l.crowdpack", "r.crowdpack"), ("l.json", "r.json"), ("l.glb", "r.glb"), ("l.png", "r.png")] {
+        bench.write(real, b"old");
+        std::os::unix::fs::symlink(bench.path(real), bench.path(link)).unwrap();
+    }
+    bench.run(&["bake", &input, "-o", "@l.crowdpack", "--report", "@l.json"]).expect(0);
+    bench.run(&["export", &input, "--ratio", "1", "-o", "@l.glb"]).expect(0);
+    bench.run(&["picture", &input, "--size", "32x32", "-o", "@l.png"]).expect(0);
+    for (link, real) in [("l.crowdpack", "r.crowdpack"), ("l.json", "r.json"), ("l.glb", "r.glb"), ("l.png", "r.png")] {
+        assert!(bench.path(link).is_symlink(), "{link} was replaced");
+        assert!(bench.read(real) != b"old", "{real} was not written");
+    }
+    assert_eq!(bench.listing().len(), 9, "nothing else is left: {:?}", bench.listing());
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_are_written_to_and_stay_pipes() {
+    use std::os::unix::fs::FileTypeExt;
+    let bench = Bench::with(&[TRIANGLE]);
+    let input = format!("@{TRIANGLE}");
+    let words: [&[&str]; 4] = [
+        &["bake", &input, "-o", "@pipe"],
+        &["bake", &input, "-o", "@out.crowdpack", "--report", "@pipe"],
+        &["export", &input, "--ratio", "1", "-o", "@pipe"],
+        &["picture", &input, "--size", "32x32", "-o", "@pipe"],
+    ];
+    let made = std::process::Command::new("mkfifo").arg(bench.path("pipe")).status().expect("coreutils are there");
+    assert!(made.success());
+    for (words, begins) in words.iter().zip([&crowd_pack::MAGIC[..], b"{", b"glTF", b"\x89PNG"]) {
+        // Opened for reading and writing, a pipe waits for nobody; what is written fits into it.
+        let mut pipe = std::fs::File::options().read(true).write(true).open(bench.path("pipe")).unwrap();
+        bench.run(words).expect(0);
+        let is_pipe = std::fs::symlink_metadata(bench.path("pipe")).unwrap().file_type().is_fifo();
+        assert!(is_pipe, "{words:?} replaced the pipe");
+        let mut start = vec![0; begins.len()];
+        std::io::Read::read_exact(&mut pipe, &mut start).unwrap();
+        assert_eq!(start, begins, "{words:?}");
+    }
+}
+
+#[test]
+fn two_outputs_may_not_be_one_file() {
+    let bench = Bench::with(&[TRIANGLE]);
+    let input = format!("@{TRIANGLE}");
+    std::fs::create_dir(bench.path("deep")).unwrap();
+    for report in ["@a.crowdpack", "@./a.crowdpack", "@deep/../a.crowdpack"] {
+        let done = bench.run(&["bake", &input, "-o", "@a.crowdpack", "--report", report]).expect(2);
+        done.says(&["two outputs are this file"]);
+        bench.write("a.crowdpack", b"old");
+    }
+    assert!(bench.read("a.crowdpack") == b"old");
+    bench.run(&["bake", &input, "-o", "@a.crowdpack", "--report", "@deep/a.crowdpack"]).expect(0);
+}
+
+#[test]
+fn files_that_an_asset_reads_are_inputs_too() {
+    let bench = Bench::new();
+    let glb = std::fs::read(crowd_tests::folders::fixtures().join("good").join(TRIANGLE)).unwrap();
+    // The fixture again, its buffer in a file of its own.
+    let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().unwrap()) as usize;
+    let mut document: serde_json::Value = serde_json::from_slice(&glb[20..20 + word(12)]).unwrap();
+    document["buffers"][0]["uri"] = "own.bin".into();
+    let buffer = glb[28 + word(12)..].to_vec();
+    std::fs::create_dir(bench.path("g")).unwrap();
+    bench.write("g/t.gltf", document.to_string());
+    bench.write("g/own.bin", &buffer);
+    bench.write("g/o.obj", "mtllib o.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    bench.write("g/o.mtl", "newmtl m\n");
+    let refused: [&[&str]; 7] = [
+        &["bake", "@g/t.gltf", "-o", "@g/own.bin"],
+        &["bake", "@g", "-o", "@g/../g/own.bin"],
+        &["bake", "@g/t.gltf", "-o", "@out.crowdpack", "--report", "@g/own.bin"],
+        &["export", "@g/t.gltf", "--ratio", "1", "-o", "@g/own.bin"],
+        &["picture", "@g/t.gltf", "-o", "@g/own.bin"],
+        &["survey", "@g", "-o", "@g/own.bin"],
+        &["bake", "@g/o.obj", "-o", "@g/o.mtl"],
+    ];
+    for words in refused {
+        bench.run(words).expect(2).says(&["reads this file; inputs are never overwritten"]);
+    }
+    assert!(bench.read("g/own.bin") == buffer && bench.read("g/o.mtl") == b"newmtl m\n");
+    assert_eq!(bench.listing(), ["g"], "nothing was written");
+    bench.run(&["bake", "@g/t.gltf", "-o", "@g/other.bin"]).expect(0);
+}
+
+#[test]
+fn standard_output_is_refused_by_name_and_so_is_another_format() {
+    let bench = Bench::with(&[TRIANGLE]);
+    let input = format!("@{TRIANGLE}");
+    for words in [&["bake"][..], &["export", "--ratio", "1"], &["picture"], &["survey"]] {
+        let done = bench.run(&[words, &[&input, "-o", "-"]].concat()).expect(2);
+        done.says(&["standard output is not written to"]);
+    }
+    bench.run(&["bake", &input, "-o", "@a.crowdpack", "--report", "-"]).expect(2);
+    let done = bench.run(&["export", &input, "--ratio", "1", "-o", "@low.gltf"]).expect(2);
+    done.says(&["found .gltf, allowed .glb"]);
+    assert_eq!(bench.listing(), [TRIANGLE]);
 }

@@ -40,6 +40,15 @@ fn a_pack_as_baked_keeps_its_promises_in_both_layouts() {
 }
 
 #[test]
+fn more_levels_than_there_are_mean_all_of_them() {
+    let bench = Bench::with(&[TUBE]);
+    bench.run(&["bake", &format!("@{TUBE}"), "-o", "@out.crowdpack"]).expect(0);
+    let all = bench.run(&["verify", "@out.crowdpack", "--levels", "100000"]).expect(0).out;
+    let more = bench.run(&["verify", "@out.crowdpack", "--levels", "4294967295"]).expect(0).out;
+    assert_eq!(all, more);
+}
+
+#[test]
 fn an_untouched_copy_passes() {
     break_and_verify(|_| {}).expect(0);
 }

@@ -33,6 +33,10 @@ fn wrong_words_end_with_2_and_nothing_on_stdout() {
         &["export", "a.crowdpack", "-o", "x.glb", "--ratio", "2"],
         &["export", "a.crowdpack", "-o", "x.glb", "--ratio", "0.5", "--triangles", "3"],
         &["picture", "a.crowdpack", "-o", "x.png", "--size", "0x0"],
+        &["picture", "a.crowdpack", "-o", "x.png", "--turn", "NaN"],
+        &["picture", "a.crowdpack", "-o", "x.png", "--turn", "1e30"],
+        &["picture", "a.crowdpack", "-o", "x.png", "--time", "NaN"],
+        &["bake", "a.glb", "-o", "x", "--jobs", "100000"],
         &["frobnicate"],
     ] {
         let done = bench.run(words).expect(2);

@@ -129,6 +129,10 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     let lod_options = LodOptions { criteria: entry.criteria, ..LodOptions::default() };
     let order = simplify(&raw, &mesh, &clips, &lod_options, watch)
         .map_err(|error| BakeError::of(Step::Simplify, name, error))?;
+    if order.triangles.is_empty() {
+        let triangles = raw.mesh.triangles.len();
+        return Err(BakeError::of(Step::Simplify, name, Cause::OnlyDegenerate { triangles }));
+    }
     warnings.extend(warn_of_high_floor(&order));
     clock.lap(Step::Simplify);
 

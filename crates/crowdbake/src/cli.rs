@@ -1,5 +1,6 @@
 //! The words of the command line. What they mean is in `plan`.
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -30,8 +31,8 @@ Examples:
   crowdbake picture cast.crowdpack -o levels.png          see the levels
   crowdbake verify cast.crowdpack                         check every promise
 
-Exit codes: 0 done, 1 an input was refused, 2 wrong command line, 3 an output could not be written,
-4 verification failed. A batch goes on past a refused file, writes the good ones, and ends with the worst code.
+Exit codes: 0 done, 1 an input was refused or has no character or clip of that name, 2 wrong command line,
+3 an output could not be written, 4 verification failed. A batch goes on past a refused file, writes the good ones, and ends with the worst code.
 Data goes to standard output, talk to standard error. NO_COLOR and a closed pipe are respected.";
 
 /// The verbs.
@@ -139,7 +140,7 @@ pub struct BakeArgs {
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// The pack to write; replaced whole or not at all.
-    #[arg(short, long, value_name = "OUT.crowdpack")]
+    #[arg(short, long, value_parser = output_parser(), value_name = "OUT.crowdpack")]
     pub output: PathBuf,
     /// How to bake.
     #[command(flatten)]
@@ -150,11 +151,11 @@ pub struct BakeArgs {
     /// Refuse a character whose import warns.
     #[arg(long, help_heading = "How to bake")]
     pub strict: bool,
-    /// Threads; 0 for one a core. The pack's bytes do not depend on it.
-    #[arg(short, long, default_value_t = 0, value_name = "N", help_heading = "How to bake")]
+    /// Threads, up to 256; 0 for one a core. The pack's bytes do not depend on it.
+    #[arg(short, long, default_value_t = 0, value_parser = parse_jobs, value_name = "N", help_heading = "How to bake")]
     pub jobs: usize,
     /// Write a report (JSON): steps and their seconds, counts before and after, warnings.
-    #[arg(long, value_name = "FILE.json", help_heading = "Reporting")]
+    #[arg(long, value_parser = output_parser(), value_name = "FILE.json", help_heading = "Reporting")]
     pub report: Option<PathBuf>,
     /// Print the report to standard output.
     #[arg(long, help_heading = "Reporting")]
@@ -220,7 +221,7 @@ pub struct ExportArgs {
     #[arg(long, value_name = "R,...", value_delimiter = ',', value_parser = parse_ratio, help_heading = "Which level")]
     pub lods: Option<Vec<f64>>,
     /// The file to write; with --lods OUT.lod0.glb, OUT.lod1.glb, ..., or a folder.
-    #[arg(short, long, value_name = "OUT.glb")]
+    #[arg(short, long, value_parser = glb_parser(), value_name = "OUT.glb")]
     pub output: PathBuf,
     /// A target that no level reaches is an error.
     #[arg(long)]
@@ -234,7 +235,7 @@ pub struct PictureArgs {
     #[arg(value_name = "PACK|ASSET")]
     pub input: PathBuf,
     /// The picture to write.
-    #[arg(short, long, value_name = "OUT.png")]
+    #[arg(short, long, value_parser = output_parser(), value_name = "OUT.png")]
     pub output: PathBuf,
     /// The character; may be left out when there is one.
     #[arg(long, value_name = "NAME")]
@@ -246,7 +247,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "NAME")]
     pub clip: Vec<String>,
     /// Seconds into the clip; one for all rows or one for each [default: the middle].
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_parser = parse_time, value_name = "T", allow_negative_numbers = true)]
     pub time: Vec<f32>,
     /// What the colours say.
     #[arg(long, value_enum, default_value_t = Paint::Shaded)]
@@ -254,8 +255,8 @@ pub struct PictureArgs {
     /// Pixels of one cell.
     #[arg(long, value_parser = parse_size, default_value = "320x420", value_name = "WxH")]
     pub size: [u32; 2],
-    /// Degrees to turn the character; 0 looks it in the face.
-    #[arg(long, default_value_t = 25.0, value_name = "DEG", allow_negative_numbers = true)]
+    /// Degrees to turn the character, -360 to 360; 0 looks it in the face.
+    #[arg(long, default_value_t = 25.0, value_parser = parse_turn, value_name = "DEG", allow_negative_numbers = true)]
     pub turn: f32,
     /// How to bake, for an asset.
     #[command(flatten)]
@@ -282,7 +283,7 @@ pub struct SurveyArgs {
     #[arg(required = true, value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// The table to write (Markdown) [default: standard output].
-    #[arg(short, long, value_name = "FILE.md")]
+    #[arg(short, long, value_parser = output_parser(), value_name = "FILE.md")]
     pub output: Option<PathBuf>,
     /// A folder for one picture a character: levels at rest and in motion.
     #[arg(long, value_name = "DIR")]
@@ -301,6 +302,50 @@ pub struct PrintConfigArgs {
     /// How to bake.
     #[command(flatten)]
     pub options: BakeOptions,
+}
+
+/// A file to write. `-` is not one: a file of that name surprises whoever expected standard output.
+fn output_parser() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| {
+        let named = path.as_os_str() != "-";
+        named.then_some(path).ok_or("standard output is not written to; give a file, `./-` for one of that name")
+    })
+}
+
+/// A file to write or a folder, for binary glTF alone.
+fn glb_parser() -> impl TypedValueParser<Value = PathBuf> {
+    output_parser().try_map(|path: PathBuf| {
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+        match ending.as_str() {
+            "gltf" | "obj" if !path.is_dir() => {
+                Err(format!("found .{ending}, allowed .glb: only binary glTF is written"))
+            }
+            _ => Ok(path),
+        }
+    })
+}
+
+fn parse_jobs(text: &str) -> Result<usize, String> {
+    let jobs: usize = text.parse().map_err(|_| "not a whole number, allowed 0 to 256".to_owned())?;
+    if jobs <= 256 { Ok(jobs) } else { Err(format!("found {jobs}, allowed 0 to 256")) }
+}
+
+/// A day either way.
+fn parse_time(text: &str) -> Result<f32, String> {
+    parse_between(text, 86_400.0)
+}
+
+fn parse_turn(text: &str) -> Result<f32, String> {
+    parse_between(text, 360.0)
+}
+
+fn parse_between(text: &str, most: f32) -> Result<f32, String> {
+    let number: f32 = text.trim().parse().map_err(|_| "not a number".to_owned())?;
+    if (-most..=most).contains(&number) {
+        Ok(number)
+    } else {
+        Err(format!("found {number}, allowed -{most} to {most}"))
+    }
 }
 
 fn parse_fps(text: &str) -> Result<f32, String> {
@@ -340,5 +385,9 @@ mod tests {
         assert_eq!(parse_size("64x32"), Ok([64, 32]));
         assert!(parse_size("64").is_err() && parse_size("1x99999").is_err());
         assert!(parse_fps("0").is_err() && parse_fps("NaN").is_err());
+        assert_eq!(parse_turn("-360"), Ok(-360.0));
+        assert_eq!(parse_turn("361").unwrap_err(), "found 361, allowed -360 to 360");
+        assert!(parse_turn("NaN").is_err() && parse_time("inf").is_err() && parse_time("1e30").is_err());
+        assert_eq!((parse_jobs("256"), parse_jobs("257").is_err()), (Ok(256), true));
     }
 }

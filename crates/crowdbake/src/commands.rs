@@ -6,8 +6,8 @@ use crate::cli::{
 };
 use crate::error::{BakeError, Cause, DONE, INPUT_REFUSED, Step, USAGE};
 use crate::inspect::{inspect_asset, inspect_pack};
-use crate::output::{expect_writable, print, refuse_inputs, write_whole};
-use crate::picture::{PictureRequest, Pose, draw_picture};
+use crate::output::{expect_writable, print, refuse_inputs, refuse_twins, write_whole};
+use crate::picture::{PictureRequest, Pose, draw_picture, refuse_large_picture};
 use crate::plan::{Plan, make_plan};
 use crate::report::{CharacterReport, PackReport, Report, SCHEMA_VERSION, SectionReport, refused_inputs, to_json};
 use crate::talk::{Loudness, Talk};
@@ -84,10 +84,10 @@ fn bake(args: &BakeArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> Result<u8,
     let started = Instant::now();
     let mut plan = make_plan(&args.inputs, &args.options, args.animation_layout);
     let mut code = say_plan(&plan, talk);
-    for output in std::iter::once(&args.output).chain(&args.report) {
-        refuse_inputs(output, &plan.inputs)?;
-        expect_writable(output)?;
-    }
+    let outputs: Vec<&Path> = std::iter::once(&args.output).chain(&args.report).map(PathBuf::as_path).collect();
+    refuse_twins(&outputs)?;
+    outputs.iter().try_for_each(|output| refuse_inputs(output, &plan.inputs))?;
+    outputs.iter().try_for_each(|output| expect_writable(output))?;
     let results = in_threads(args.jobs, || {
         talk.start_progress(plan.entries.len());
         let results = bake_plan(&plan, args.strict, talk);
@@ -352,6 +352,7 @@ fn choose_level(
 }
 
 fn picture(args: &PictureArgs, talk: &Talk<'_>) -> Result<u8, BakeError> {
+    refuse_large_picture(args.ratios.len(), args.clip.len().max(1), args.size)?;
     refuse_inputs(&args.output, std::slice::from_ref(&args.input))?;
     expect_writable(&args.output)?;
     let opened = open(&args.input, &args.options)?;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 /// Exit code: everything was done.
 pub const DONE: u8 = 0;
-/// Exit code: an input was refused.
+/// Exit code: an input was refused, or has no character or clip of the name asked for.
 pub const INPUT_REFUSED: u8 = 1;
 /// Exit code: the command line is wrong.
 pub const USAGE: u8 = 2;
@@ -94,7 +94,10 @@ impl BakeError {
         match &*self.source {
             Cause::Output { .. } => OUTPUT_FAILED,
             Cause::Pack(_) if self.step == Step::Write => OUTPUT_FAILED,
-            Cause::OutputIsInput { .. } => USAGE,
+            Cause::OutputIsInput { .. }
+            | Cause::OutputIsPartOfInput { .. }
+            | Cause::OutputTwice { .. }
+            | Cause::PictureTooLarge { .. } => USAGE,
             Cause::ChecksFailed { .. } => VERIFICATION_FAILED,
             _ => INPUT_REFUSED,
         }
@@ -198,6 +201,48 @@ pub enum Cause {
     OutputIsInput {
         /// The file.
         path: PathBuf,
+    },
+    /// An output names a file that an input reads.
+    #[error("{path}: {asset} reads this file; inputs are never overwritten, choose another output")]
+    OutputIsPartOfInput {
+        /// The file.
+        path: PathBuf,
+        /// The asset that names it.
+        asset: PathBuf,
+    },
+    /// Two outputs name one file.
+    #[error("{path}: two outputs are this file; choose another name for one of them")]
+    OutputTwice {
+        /// The file.
+        path: PathBuf,
+    },
+    /// More pixels than one picture may have.
+    #[error(
+        "{columns} columns of {rows} rows of {width}x{height} pixels: found {found} pixels, allowed {allowed}; \
+         ask for fewer --ratios or --clip, or a smaller --size"
+    )]
+    PictureTooLarge {
+        /// Levels.
+        columns: usize,
+        /// Poses.
+        rows: usize,
+        /// Of a cell, pixels.
+        width: u32,
+        /// Of a cell, pixels.
+        height: u32,
+        /// Pixels of the whole picture.
+        found: u64,
+        /// Pixels allowed.
+        allowed: u64,
+    },
+    /// No triangle of the character has an area.
+    #[error(
+        "all {triangles} triangles are degenerate: two corners at one place; a character needs at least one with three corners \
+         apart"
+    )]
+    OnlyDegenerate {
+        /// Triangles in the file.
+        triangles: usize,
     },
     /// Nothing could be baked.
     #[error("none of the {count} input(s) could be baked; no pack was written")]

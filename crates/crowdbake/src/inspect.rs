@@ -1,7 +1,7 @@
 //! What is in a pack or in an asset, as documents that print as tables or as JSON.
 
 use crate::bake::warning_sentence;
-use crate::error::{BakeError, Step};
+use crate::error::{BakeError, Cause, Step};
 use crate::report::SCHEMA_VERSION;
 use crate::unpack::Unpacked;
 use crate::views;
@@ -245,10 +245,18 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
 /// # Errors
 /// The asset is refused.
 pub fn inspect_asset(path: &Path) -> Result<Inspection, BakeError> {
+    if path.is_dir() {
+        let source = std::io::Error::new(std::io::ErrorKind::IsADirectory, "is a folder, a pack or an asset is needed");
+        return Err(BakeError::whole(Step::Read, Cause::Input { path: path.to_owned(), source }));
+    }
     let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let raw = crowd_source::load_character(path, &Limits::default())
         .map_err(|error| BakeError::of(Step::Load, &name, error))?;
     let seams = classify(&raw).map_err(|error| BakeError::of(Step::Simplify, &name, error))?;
+    let triangles = raw.mesh.triangles.len();
+    if seams.degenerate_triangle_count as usize == triangles {
+        return Err(BakeError::of(Step::Simplify, &name, Cause::OnlyDegenerate { triangles }));
+    }
     Ok(Inspection {
         schema_version: SCHEMA_VERSION,
         kind: "asset",

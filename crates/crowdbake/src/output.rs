@@ -1,16 +1,21 @@
-//! Files that appear whole or not at all, and never over an input.
+//! Files that appear whole or not at all, and never over an input or over one another.
 
 use crate::error::{BakeError, Cause, Step};
-use std::io::Write;
+use std::io::{Error, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-/// Writes under a temporary name in the same folder, then renames. Missing folders are made.
+/// Writes under a temporary name in the same folder, then renames. Missing folders are made, links are followed, devices
+/// and pipes written to directly.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), BakeError> {
     let fail = |source| BakeError::whole(Step::Write, Cause::Output { path: path.to_owned(), source });
+    if is_device(path) {
+        return std::fs::write(path, bytes).map_err(fail);
+    }
     make_folder_of(path)?;
-    let mut file = temporary_beside(path).map_err(fail)?;
+    let target = follow_link(path).map_err(fail)?;
+    let mut file = temporary_beside(&target).map_err(fail)?;
     file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(fail)?;
-    file.persist(path).map_err(|error| fail(error.error))?;
+    file.persist(&target).map_err(|error| fail(error.error))?;
     Ok(())
 }
 
@@ -18,19 +23,54 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), BakeError> {
 pub(crate) fn expect_writable(path: &Path) -> Result<(), BakeError> {
     let fail = |source| BakeError::whole(Step::Write, Cause::Output { path: path.to_owned(), source });
     if path.is_dir() {
-        return Err(fail(std::io::Error::new(std::io::ErrorKind::IsADirectory, "is a folder, a file name is needed")));
+        return Err(fail(Error::new(ErrorKind::IsADirectory, "is a folder, a file name is needed")));
+    }
+    if is_device(path) {
+        return Ok(());
     }
     make_folder_of(path)?;
-    temporary_beside(path).map(drop).map_err(fail)
+    follow_link(path).and_then(|target| temporary_beside(&target).map(drop)).map_err(fail)
 }
 
-/// Refuses an output that is one of the inputs, however either is spelled.
+/// Refuses an output that is one of the inputs or one of the files that they name, however either is spelled.
 pub(crate) fn refuse_inputs(output: &Path, inputs: &[PathBuf]) -> Result<(), BakeError> {
     let Ok(real) = output.canonicalize() else { return Ok(()) };
-    if inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == real)) {
-        return Err(BakeError::whole(Step::Plan, Cause::OutputIsInput { path: output.to_owned() }));
+    for input in inputs {
+        if input.canonicalize().is_ok_and(|input| input == real) {
+            return Err(BakeError::whole(Step::Plan, Cause::OutputIsInput { path: output.to_owned() }));
+        }
+        // What an asset names lies in its folder or below: only then is it worth looking into.
+        let folder = folder_of(input).canonicalize();
+        if folder.is_ok_and(|folder| real.starts_with(folder)) && crowd_source::named_files(input).contains(&real) {
+            let (path, asset) = (output.to_owned(), input.clone());
+            return Err(BakeError::whole(Step::Plan, Cause::OutputIsPartOfInput { path, asset }));
+        }
     }
     Ok(())
+}
+
+/// Refuses two outputs that are one file: the second would replace the first.
+pub(crate) fn refuse_twins(outputs: &[&Path]) -> Result<(), BakeError> {
+    let mut places: Vec<PathBuf> = Vec::new();
+    for output in outputs.iter().filter(|output| !is_device(output)) {
+        let place = place_of(output);
+        if places.contains(&place) {
+            return Err(BakeError::whole(Step::Plan, Cause::OutputTwice { path: (*output).to_owned() }));
+        }
+        places.push(place);
+    }
+    Ok(())
+}
+
+/// Where a file lies or will lie: what exists of the path without links and detours, and the rest as it stands.
+fn place_of(path: &Path) -> PathBuf {
+    if let Ok(place) = path.canonicalize() {
+        return place;
+    }
+    match path.file_name() {
+        Some(name) => place_of(folder_of(path)).join(name),
+        None => path.to_owned(),
+    }
 }
 
 /// Prints to stdout; a closed pipe is an error that the caller turns into success.
@@ -42,6 +82,10 @@ pub(crate) fn print(out: &mut dyn Write, text: &str) -> Result<(), BakeError> {
 
 fn make_folder_of(path: &Path) -> Result<(), BakeError> {
     let folder = folder_of(path);
+    if let Some(file) = folder.ancestors().find(|place| place.exists()).filter(|place| !place.is_dir()) {
+        let source = Error::new(ErrorKind::NotADirectory, "is a file, a folder is needed");
+        return Err(BakeError::whole(Step::Write, Cause::Output { path: file.to_owned(), source }));
+    }
     std::fs::create_dir_all(folder)
         .map_err(|source| BakeError::whole(Step::Write, Cause::Output { path: folder.to_owned(), source }))
 }
@@ -50,10 +94,20 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A temporary file is private by default; what we write is for everyone that the umask lets in.
+/// Devices and pipes (`/dev/null`) are written to: renaming would put a file in their place.
+fn is_device(path: &Path) -> bool {
+    path.metadata().is_ok_and(|meta| !meta.is_file() && !meta.is_dir())
+}
+
+/// What a link points to is replaced, the link stays.
+fn follow_link(path: &Path) -> std::io::Result<PathBuf> {
+    if path.is_symlink() { path.canonicalize() } else { Ok(path.to_owned()) }
+}
+
+/// Named as packs' own temporary files are. A temporary file is private by default; what we write is for everyone that the umask lets in.
 fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".crowdbake-").suffix(".tmp");
+    builder.prefix(".").suffix(".crowdpack.tmp");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

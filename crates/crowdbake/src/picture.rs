@@ -13,6 +13,10 @@ use rayon::prelude::*;
 
 /// Samples along each side of a pixel.
 const SUPERSAMPLING: u32 = 3;
+/// Pixels of a whole picture: what image viewers and memory take.
+const PICTURE_PX: u64 = 1 << 26;
+/// Pixels of the cells that are drawn at the same time; each pixel takes 72 bytes of samples.
+const CELLS_AT_ONCE_PX: u64 = 1 << 22;
 /// Textures are halved down to this many pixels a side: cells are small.
 const TEXTURE_SIDE_PX: u32 = 1024;
 /// Vertical field of view of a cell, radians: long enough a lens to leave proportions alone.
@@ -46,15 +50,31 @@ pub enum Pose {
     Clip(String, Option<f32>),
 }
 
+/// Refuses a picture of more pixels than one may have, before anything is opened for it.
+///
+/// # Errors
+/// [`Cause::PictureTooLarge`], with the pixels found and allowed.
+pub fn refuse_large_picture(columns: usize, rows: usize, [width, height]: [u32; 2]) -> Result<(), BakeError> {
+    let sides = [rows as u64, width.into(), height.into()];
+    let found = sides.iter().fold(columns as u64, |product, &side| product.saturating_mul(side));
+    if found <= PICTURE_PX {
+        return Ok(());
+    }
+    let allowed = PICTURE_PX;
+    Err(BakeError::whole(Step::Draw, Cause::PictureTooLarge { columns, rows, width, height, found, allowed }))
+}
+
 /// Draws the strip.
 ///
 /// # Errors
-/// A clip that the character does not have, an image that does not decode.
+/// A picture too large, a clip that the character does not have, an image that does not decode.
 pub fn draw_picture(character: &Unpacked<'_>, request: &PictureRequest) -> Result<Target, BakeError> {
     let name = character.manifest.name.as_str();
     let fail = |cause: Cause| BakeError::of(Step::Draw, name, cause);
+    refuse_large_picture(request.ratios.len(), request.rows.len(), request.size)?;
     let surfaces = Surfaces::load(character).map_err(fail)?;
     let [width, height] = request.size;
+    let cells_at_once = (CELLS_AT_ONCE_PX / (u64::from(width) * u64::from(height)).max(1)).max(1) as usize;
     let columns = request.ratios.len() as u32;
     let mut strip = Target::new(width * columns, height * request.rows.len() as u32, BACKGROUND);
     for (row, pose) in request.rows.iter().enumerate() {
@@ -62,19 +82,20 @@ pub fn draw_picture(character: &Unpacked<'_>, request: &PictureRequest) -> Resul
         let posed =
             pose_mesh(&character.positions, &character.normals, &character.joints, &character.weights, &palette);
         let view = frame_character(&posed.positions, request.size, request.turn_deg);
-        let cells: Vec<Target> = request
-            .ratios
-            .par_iter()
-            .map(|&ratio| {
-                let (level, reached) = character.level_of_ratio(ratio);
-                let mut cell = draw_cell(character, &surfaces, &posed, level, &view, request);
-                let text = level_label(level, character.record.triangle_count, reached);
-                write_label(&mut cell, [8, 8], &text, 2, INK);
-                cell
-            })
-            .collect();
-        for (column, cell) in cells.iter().enumerate() {
-            paste(&mut strip, cell, [column as u32 * width, row as u32 * height]);
+        let draw = |&ratio: &f64| {
+            let (level, reached) = character.level_of_ratio(ratio);
+            let mut cell = draw_cell(character, &surfaces, &posed, level, &view, request);
+            let text = level_label(level, character.record.triangle_count, reached);
+            write_label(&mut cell, [8, 8], &text, 2, INK);
+            cell
+        };
+        let mut left = 0;
+        for ratios in request.ratios.chunks(cells_at_once) {
+            let cells: Vec<Target> = ratios.par_iter().map(draw).collect();
+            for cell in &cells {
+                paste(&mut strip, cell, [left, row as u32 * height]);
+                left += width;
+            }
         }
         write_label(&mut strip, [8, (row as u32 + 1) * height - 22], &label, 2, INK);
     }

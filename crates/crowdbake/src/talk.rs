@@ -85,9 +85,14 @@ impl<'a> Talk<'a> {
     }
 }
 
-/// The line without control characters: names come from files, and a terminal obeys what it is shown.
+/// The line without control characters, line separators and marks that turn the direction of text: names come from files,
+/// and a terminal obeys what it is shown.
 pub(crate) fn printable(line: &str) -> String {
-    line.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+    let steers = |c: char| {
+        c.is_control()
+            || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    line.chars().map(|c| if steers(c) { '\u{fffd}' } else { c }).collect()
 }
 
 #[cfg(test)]

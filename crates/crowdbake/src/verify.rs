@@ -36,7 +36,7 @@ pub fn verify(contents: &PackContents, level_count: usize) -> Vec<Check> {
     let mut checks = vec![check_images(contents)];
     for index in 0..contents.characters.len() {
         let character = Unpacked::new(contents, index);
-        let levels = spread_levels(&character, level_count.max(2));
+        let levels = spread_levels(&character, level_count);
         for (check, result) in [
             ("levels-are-meshes", check_levels(&character, &levels)),
             ("companions-stay-together", check_companions(&character, &levels)),
@@ -74,6 +74,7 @@ fn spread_levels(character: &Unpacked<'_>, count: usize) -> Vec<LodRecord> {
     let mut all: Vec<LodRecord> = character.lods.to_vec();
     all.dedup();
     let last = all.len() - 1;
+    let count = count.min(all.len()).max(2);
     let mut chosen: Vec<LodRecord> = (0..count).map(|i| all[i * last / (count - 1)]).collect();
     chosen.dedup();
     chosen
