@@ -9,8 +9,11 @@ use crate::{Camera, Instance, Kind};
 const FOV_Y_RAD: f32 = std::f32::consts::FRAC_PI_4;
 /// Where the horizon lies in a crowd picture, in half picture heights above the middle.
 const HORIZON: f32 = 0.42;
-/// Crowds up to this many are shown whole; of larger ones the near people fill the picture's width.
-const SHOWN_WHOLE: usize = 64;
+/// Crowds up to this many are shown whole.
+const SHOWN_WHOLE: usize = 16;
+/// Crowds up to this many are shown from head to foot, but run out of the picture sideways, the more the larger they
+/// are; of still larger ones the near people fill the picture's width.
+const SHOWN_FROM_HEAD_TO_FOOT: usize = 64;
 
 impl Camera {
     /// World to clip space, depth 0 to 1, Y up (wgpu's convention). `aspect`: width over height.
@@ -80,32 +83,117 @@ pub fn frame_crowd(instances: &[Instance], height_m: f32, aspect: f32) -> Camera
     let height = if height_m.is_finite() { height_m.clamp(0.05, 100.0) } else { 1.8 };
     let aspect = if aspect.is_finite() { aspect.clamp(0.1, 10.0) } else { 1.0 };
     let (low, high) = extent_of(instances);
-    let (width, depth) = (high.x - low.x, high.z - low.z);
     let middle_x = (low.x + high.x) * 0.5;
-
-    let tan_half = libm::tanf(FOV_Y_RAD * 0.5);
+    let place = Place { low, high, height, side: side_of_the_faces(instances, middle_x) };
+    if instances.len() <= SHOWN_FROM_HEAD_TO_FOOT {
+        return frame_whole(&place, instances, aspect);
+    }
     // The higher the eye, the more of the back rows is seen, and the smaller the near people: a third of a body above the
     // heads, rising with the extent up to two bodies more.
-    let eye_height = height * 1.3 + (0.035 * depth).min(height * 2.0);
-    let pitch_tan = HORIZON * tan_half;
-    // Feet of the front row stand where the lowest ray, a little above the picture's edge, meets the ground.
-    let lowest_ray = libm::atanf(pitch_tan) + libm::atanf(tan_half) * 0.94;
-    let feet_distance = eye_height / libm::tanf(lowest_ray);
-    let whole_distance = (width * 0.5 + height * 0.4) / (tan_half * aspect);
-    let distance = if instances.len() <= SHOWN_WHOLE { feet_distance.max(whole_distance) } else { feet_distance };
+    let eye_height = height * 1.3 + (0.035 * (high.z - low.z)).min(height * 2.0);
+    place.seen_from(eye_height / tan_of_lowest_ray(), eye_height)
+}
 
-    let eye = Vec3::new(middle_x, low.y + eye_height, high.z + distance);
-    let reach = distance + depth * 0.5 + 1.0;
-    // Eyes a little to the side see bodies, not only a wall of faces.
-    let side = 0.18 * (distance + 0.15 * depth) * side_of_the_faces(instances, middle_x);
-    let eye = eye + Vec3::new(side, 0.0, 0.0);
-    let target = Vec3::new(middle_x, eye.y - pitch_tan * reach, eye.z - reach);
-    Camera {
-        eye,
-        target,
-        fov_y_rad: FOV_Y_RAD,
-        near_m: (height * 0.06).min(0.1),
-        far_m: (3.0 * (depth + width)).max(600.0),
+/// The nearest camera that has everyone in the picture from head to foot, as high as leaves half as much room below
+/// the crowd as above it. Of more than [`SHOWN_WHOLE`] some stand beside the picture.
+fn frame_whole(place: &Place, instances: &[Instance], aspect: f32) -> Camera {
+    let nobody = [Vec3::ZERO];
+    let mut feet: Vec<Vec3> = instances.iter().map(|instance| instance.position).filter(|p| p.is_finite()).collect();
+    if feet.is_empty() {
+        feet.extend(nobody);
+    }
+    // Nearer than this, the horizon through one person's forehead, head and feet leave the picture.
+    let lowest_eye = place.height * 0.88;
+    let nearest = lowest_eye / tan_of_lowest_ray();
+    let at = |distance: f32| {
+        let heights = (lowest_eye, (distance * tan_of_lowest_ray()).max(lowest_eye));
+        let is_low = |eye: f32| {
+            let box_ = box_of(&place.seen_from(distance, eye), aspect, &feet, place.height);
+            2.0 * (box_.low + 1.0) > 1.0 - box_.high
+        };
+        place.seen_from(distance, last_where(heights, is_low))
+    };
+    let more = instances.len().saturating_sub(SHOWN_WHOLE) as f32;
+    let across = 0.95 + 0.6 * more / (SHOWN_FROM_HEAD_TO_FOOT - SHOWN_WHOLE) as f32;
+    let is_cut = |distance: f32| {
+        let box_ = box_of(&at(distance), aspect, &feet, place.height);
+        !(box_.across < across && box_.low > -0.97 && box_.high < 0.95)
+    };
+    let mut farthest = nearest;
+    for _ in 0..40 {
+        if !is_cut(farthest) {
+            break;
+        }
+        farthest *= 2.0;
+    }
+    // The search ends a little on the side of those cut off.
+    at(last_where((nearest, farthest), is_cut) * 1.001)
+}
+
+/// The end of the range's first part, where `is_so`; its start when that is nowhere.
+fn last_where((mut low, mut high): (f32, f32), is_so: impl Fn(f32) -> bool) -> f32 {
+    for _ in 0..20 {
+        let middle = 0.5 * (low + high);
+        if is_so(middle) { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// What of the picture people take, in normalised device coordinates.
+struct Box2 {
+    low: f32,
+    high: f32,
+    /// Greatest distance from the middle, sideways.
+    across: f32,
+}
+
+fn box_of(camera: &Camera, aspect: f32, feet: &[Vec3], height: f32) -> Box2 {
+    let clip_from_world = camera.clip_from_world(aspect);
+    let mut box_ = Box2 { low: f32::INFINITY, high: f32::NEG_INFINITY, across: 0.0 };
+    // Arms and stride: a third of the height to each side.
+    let corners = [Vec3::new(-0.33, 0.0, 0.0), Vec3::new(0.33, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0)];
+    for corner in feet.iter().flat_map(|foot| corners.map(|corner| *foot + corner * height)) {
+        let seen = clip_from_world.project_point3(corner);
+        box_.low = box_.low.min(seen.y);
+        box_.high = box_.high.max(seen.y);
+        box_.across = box_.across.max(seen.x.abs());
+    }
+    box_
+}
+
+/// Slope of a ray a little above the picture's lower edge, downwards.
+fn tan_of_lowest_ray() -> f32 {
+    let tan_half = libm::tanf(FOV_Y_RAD * 0.5);
+    libm::tanf(libm::atanf(HORIZON * tan_half) + libm::atanf(tan_half) * 0.94)
+}
+
+/// The crowd as the framing sees it.
+struct Place {
+    low: Vec3,
+    high: Vec3,
+    height: f32,
+    /// See [`side_of_the_faces`].
+    side: f32,
+}
+
+impl Place {
+    /// From `distance` metres before the front row and `eye_height` above the ground, both metres.
+    fn seen_from(&self, distance: f32, eye_height: f32) -> Camera {
+        let Self { low, high, height, side } = *self;
+        let (width, depth) = (high.x - low.x, high.z - low.z);
+        let middle_x = (low.x + high.x) * 0.5;
+        let reach = distance + depth * 0.5 + 1.0;
+        // Eyes a little to the side see bodies, not only a wall of faces.
+        let beside = 0.18 * (distance + 0.15 * depth) * side;
+        let eye = Vec3::new(middle_x + beside, low.y + eye_height, high.z + distance);
+        let pitch_tan = HORIZON * libm::tanf(FOV_Y_RAD * 0.5);
+        Camera {
+            eye,
+            target: Vec3::new(middle_x, eye.y - pitch_tan * reach, eye.z - reach),
+            fov_y_rad: FOV_Y_RAD,
+            near_m: (height * 0.06).min(0.1),
+            far_m: (3.0 * (depth + width)).max(3.0 * distance + depth).max(600.0),
+        }
     }
 }
 
@@ -193,6 +281,24 @@ mod tests {
                 let (tallest, visible) = heights.fold((0.0_f32, 0), |(t, n), h| (t.max(h), n + usize::from(h > 0.0)));
                 assert!(tallest > 0.12, "{layout:?} {count}: the tallest takes {tallest}");
                 assert!(visible as f32 >= 0.4 * count as f32, "{layout:?} {count}: {visible} visible");
+            }
+        }
+    }
+
+    #[test]
+    fn small_crowds_are_whole_and_fill_the_picture() {
+        let kinds = [Kind { footprint_m: 0.45, clip_durations_s: vec![1.0] }];
+        for layout in [Layout::Grid, Layout::Disc, Layout::Ranks, Layout::Street] {
+            for (count, aspect) in [(1, 1.8), (2, 1.8), (5, 1.8), (20, 1.8), (64, 1.8), (5, 0.6), (64, 0.6)] {
+                let crowd = place(layout, count, 1.2, &kinds, &[], 1);
+                let camera = frame_crowd(&crowd, 1.8, aspect);
+                let feet: Vec<Vec3> = crowd.iter().map(|one| one.position).collect();
+                let Box2 { low, high, across } = box_of(&camera, aspect, &feet, 1.8);
+                let place = format!("{layout:?} {count} at {aspect}: {low} to {high}, {across}");
+                let allowed = if count <= SHOWN_WHOLE as u32 { 0.96 } else { 1.56 };
+                assert!(low > -0.98 && high < 0.96 && across < allowed, "cut off: {place}");
+                assert!(low < if aspect > 1.0 { -0.6 } else { -0.45 }, "empty foreground: {place}");
+                assert!(high - low > 1.4 || across > 0.9, "small: {place}");
             }
         }
     }
