@@ -22,7 +22,9 @@ const OPTIONS: RendererOptions = RendererOptions {
 fn draw(renderer: &mut CrowdRenderer, picture: &Picture, config: &FrameConfig, technique: Technique) -> FrameTotals {
     let (device, queue) = gpu::device();
     let mut encoder = device.create_command_encoder(&Default::default());
-    renderer.encode(device, queue, &mut encoder, &picture.view, picture.size, config, technique);
+    renderer
+        .encode(device, queue, &mut encoder, &picture.view, picture.size, config, technique)
+        .expect("a small picture");
     queue.submit([encoder.finish()]);
     renderer.totals(device, true).expect("a frame was submitted and waited for")
 }
@@ -182,6 +184,25 @@ fn small_buffers_are_reported_and_the_rest_is_drawn() {
     let totals = draw(&mut renderer, &Picture::new((64, 36)), &config, Technique::Reform);
     assert_eq!(totals.overflow, overflow::VERTICES);
     assert!(totals.needed_vertices > 3000 && (2000..=3000).contains(&totals.vertex_count), "{totals:?}");
+}
+
+/// Four samples of the largest picture come to eight gigabytes: more than most devices have, and never a panic.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn a_picture_without_room_is_an_error_and_the_next_one_is_drawn() {
+    let (device, queue) = gpu::device();
+    let (instances, config) = close_up();
+    let mut renderer = renderer(RendererOptions { sample_count: 4, ..OPTIONS }, &instances);
+    let small = Picture::new((64, 36));
+    let side = device.limits().max_texture_dimension_2d;
+    let mut dropped = device.create_command_encoder(&Default::default());
+    match renderer.encode(device, queue, &mut dropped, &small.view, (side, side), &config, Technique::Reform) {
+        Err(error) => assert!(error.to_string().contains("no memory for"), "{error}"),
+        // That much memory there is, on some devices.
+        Ok(()) => return,
+    }
+    drop(dropped);
+    assert!(draw(&mut renderer, &small, &config, Technique::Reform).triangle_count > 0);
 }
 
 #[test]

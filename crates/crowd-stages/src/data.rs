@@ -32,6 +32,16 @@ pub enum Error {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// The device's memory does not hold it.
+    #[error("{what}: the GPU has no memory for {bytes} bytes; {remedy}")]
+    OutOfMemory {
+        /// Of what.
+        what: &'static str,
+        /// Needed.
+        bytes: u64,
+        /// What the user can do.
+        remedy: &'static str,
+    },
     /// No adapter, no device.
     #[error("no usable GPU: {0}")]
     NoAdapter(String),
@@ -46,6 +56,16 @@ pub enum Error {
         found: u32,
         /// Count.
         allowed: u32,
+    },
+    /// An instance stands nowhere or is of no size.
+    #[error("instance {index}: {what} {found}, allowed a finite number")]
+    NotFinite {
+        /// Of the instance.
+        index: usize,
+        /// `position`, `yaw`, `scale` or `phase`.
+        what: &'static str,
+        /// Found.
+        found: f32,
     },
 }
 
@@ -112,10 +132,11 @@ impl CrowdData {
         Ok(data)
     }
 
-    /// Checks that instances name characters that are there and clips of those characters.
+    /// Checks that instances name characters that are there and clips of those characters, and that their numbers are
+    /// finite.
     ///
     /// # Errors
-    /// [`Error::Instance`] for the first that does not.
+    /// [`Error::Instance`] or [`Error::NotFinite`] for the first that does not.
     pub fn check_instances(&self, instances: &[InstanceRecord]) -> Result<()> {
         check_instances(&self.characters, instances)
     }
@@ -131,6 +152,11 @@ pub(crate) fn check_instances(characters: &[CharacterRecord], instances: &[Insta
         let clips = character.clip_offset..character.clip_offset + character.clip_count;
         if !clips.contains(&instance.clip) {
             return Err(Error::Instance { index, what: "clip", found: instance.clip, allowed: clips.end });
+        }
+        let [x, y, z] = instance.position.map(|axis| ("position", axis));
+        let numbers = [x, y, z, ("yaw", instance.yaw_rad), ("scale", instance.scale), ("phase", instance.phase_s)];
+        if let Some((what, found)) = numbers.into_iter().find(|(_, number)| !number.is_finite()) {
+            return Err(Error::NotFinite { index, what, found });
         }
     }
     Ok(())
@@ -163,6 +189,28 @@ mod tests {
 
     fn rows(m: Mat4) -> [[f32; 4]; 4] {
         m.transpose().to_cols_array_2d()
+    }
+
+    #[test]
+    fn instances_must_be_somewhere_and_of_some_size() {
+        let data = CrowdData {
+            characters: vec![CharacterRecord { clip_count: 1, ..Default::default() }],
+            ..Default::default()
+        };
+        let good = InstanceRecord { scale: 1.0, ..Default::default() };
+        assert!(data.check_instances(&[good]).is_ok());
+        for odd in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            let table = [
+                ("position", InstanceRecord { position: [0.0, odd, 0.0], ..good }),
+                ("yaw", InstanceRecord { yaw_rad: odd, ..good }),
+                ("scale", InstanceRecord { scale: odd, ..good }),
+                ("phase", InstanceRecord { phase_s: odd, ..good }),
+            ];
+            for (word, instance) in table {
+                let error = data.check_instances(&[good, instance]).expect_err("nothing infinite is drawn").to_string();
+                assert!(error.starts_with(&format!("instance 1: {word} ")), "{error}");
+            }
+        }
     }
 
     #[test]

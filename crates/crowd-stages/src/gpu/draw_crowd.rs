@@ -1,7 +1,9 @@
 //! The draw: sky and ground, then the crowd, into a colour view with the renderer's own depth.
 
+use super::allocate::texture_or_error;
 use super::kernel::{Use, buffer_entry};
 use super::upload::{CrowdBuffers, FrameBuffers};
+use crate::Result;
 
 const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
@@ -79,20 +81,17 @@ impl DrawCrowd {
         }
     }
 
-    /// Records the pass. `stamps`: query set and numbers of the stamps at its start and end.
+    /// Records the pass into a `color` of the size that [`Self::fit_targets`] was given last. `stamps`: query set and numbers of the stamps at its start and end.
     pub(crate) fn record(
-        &mut self,
-        device: &wgpu::Device,
+        &self,
         encoder: &mut wgpu::CommandEncoder,
         color: &wgpu::TextureView,
-        size: (u32, u32),
         crowd: &CrowdBuffers,
         frame: &FrameBuffers,
         drawing: Drawing<'_>,
         stamps: Option<(&wgpu::QuerySet, u32, u32)>,
     ) {
-        self.fit_targets(device, size);
-        let targets = self.targets.as_ref().expect("fit_targets made them");
+        let targets = self.targets.as_ref().expect("fit_targets comes first");
         let (view, resolve_target, store) = match &targets.multisampled {
             Some(view) => (view, Some(color), wgpu::StoreOp::Discard),
             None => (color, None, wgpu::StoreOp::Store),
@@ -138,13 +137,18 @@ impl DrawCrowd {
         }
     }
 
-    fn fit_targets(&mut self, device: &wgpu::Device, size: (u32, u32)) {
+    /// Makes the textures of the picture's size, unless they are there.
+    pub(crate) fn fit_targets(&mut self, device: &wgpu::Device, size: (u32, u32)) -> Result<()> {
         let size = (size.0.max(1), size.1.max(1));
         if self.targets.as_ref().is_some_and(|targets| targets.size == size) {
-            return;
+            return Ok(());
         }
-        let texture = |label, format| {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
+        // The old ones go first: two sets may not fit where one does.
+        self.targets = None;
+        let samples = u64::from(size.0) * u64::from(size.1) * u64::from(self.sample_count);
+        let texture = |label, format: wgpu::TextureFormat| {
+            let bytes = samples * u64::from(format.block_copy_size(None).unwrap_or(4));
+            let descriptor = wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
                 mip_level_count: 1,
@@ -153,11 +157,13 @@ impl DrawCrowd {
                 format,
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
                 view_formats: &[],
-            });
-            texture.create_view(&Default::default())
+            };
+            let texture = texture_or_error(device, label, bytes, "draw a smaller picture", &descriptor)?;
+            Ok(texture.create_view(&Default::default()))
         };
-        let multisampled = (self.sample_count > 1).then(|| texture("multisampled", self.color_format));
-        self.targets = Some(Targets { size, depth: texture("depth", DEPTH), multisampled });
+        let multisampled = (self.sample_count > 1).then(|| texture("multisampled", self.color_format)).transpose()?;
+        self.targets = Some(Targets { size, depth: texture("depth", DEPTH)?, multisampled });
+        Ok(())
     }
 
     /// Bytes of the textures of the picture's size.

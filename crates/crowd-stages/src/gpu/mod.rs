@@ -4,6 +4,7 @@
 //! be run alone. No stage binds more than eight storage buffers, and none appends atomically: places come from prefix sums,
 //! so the same input gives the same buffers.
 
+mod allocate;
 mod cull_instances;
 mod draw_crowd;
 mod fit_budget;
@@ -19,6 +20,7 @@ mod sum_weights;
 mod upload;
 mod write_draw_args;
 
+pub use allocate::{buffer_or_error, texture_or_error};
 pub use cull_instances::CullInstances;
 pub use draw_crowd::{backdrop_source, crowd_source};
 pub use fit_budget::FitBudget;

@@ -115,7 +115,7 @@ impl CrowdRenderer {
     ///
     /// # Errors
     /// [`Error::Limit`] when there are more than `max_instances`, [`Error::Instance`] when one names a character or clip
-    /// that is not there. The instances stay as they were.
+    /// that is not there, [`Error::NotFinite`] when one has a number that is not finite. The instances stay as they were.
     pub fn set_instances(&mut self, queue: &wgpu::Queue, instances: &[InstanceRecord]) -> Result<()> {
         if instances.len() as u64 > u64::from(self.max_instances) {
             return Err(Error::Limit {
@@ -149,6 +149,9 @@ impl CrowdRenderer {
     ///
     /// `config.instance_count` is ignored. Uniforms are written through the queue, so submit each frame before recording
     /// the next.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] when the depth and multisampled textures of a new `size` do not fit; drop the encoder then.
     pub fn encode(
         &mut self,
         device: &wgpu::Device,
@@ -158,7 +161,8 @@ impl CrowdRenderer {
         size: (u32, u32),
         config: &FrameConfig,
         technique: Technique,
-    ) {
+    ) -> Result<()> {
+        self.draw.fit_targets(device, size)?;
         let config = FrameConfig { instance_count: self.instance_count, ..*config };
         let clip_from_world = Mat4::from_cols_array_2d(&config.clip_from_world);
         let draw_config = DrawConfig::new(&clip_from_world, size.0, size.1, self.layer_side);
@@ -178,8 +182,9 @@ impl CrowdRenderer {
         let first = names.len() as u32;
         names.push("draw");
         let stamps = clock.map(|queries| (queries, first, first + 1));
-        self.draw.record(device, encoder, color, size, &self.crowd, &self.frame, drawing, stamps);
+        self.draw.record(encoder, color, &self.crowd, &self.frame, drawing, stamps);
         self.read_back.record(device, encoder, &self.frame.totals, known_totals, self.clock.as_ref(), names);
+        Ok(())
     }
 
     fn known_totals(&self, config: &FrameConfig) -> FrameTotals {

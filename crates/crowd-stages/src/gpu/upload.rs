@@ -1,5 +1,6 @@
 //! A crowd's data on the GPU, and the buffers of a frame: sizes checked before anything is allocated.
 
+use super::allocate::{buffer_or_error, texture_or_error};
 use crate::dispatch::BLOCK_SIZE;
 use crate::{
     Capacities, CrowdData, CullRecord, DrawArgs, DrawConfig, Error, FrameConfig, FrameTotals, InstanceBase,
@@ -7,7 +8,6 @@ use crate::{
 };
 use std::mem::size_of;
 use wgpu::BufferUsages as Usage;
-use wgpu::util::DeviceExt;
 
 /// Width of the animation texture's layers, texels; `shaders/shared/skin.wgsl` has the same.
 pub const ANIMATION_WIDTH: u32 = 4096;
@@ -33,10 +33,9 @@ impl Uploader<'_> {
         if contents.is_empty() {
             return self.empty::<T>(what, 0, usage, remedy);
         }
-        let contents = bytemuck::cast_slice(contents);
-        self.check_size(what, contents.len() as u64, remedy)?;
-        self.bytes += contents.len() as u64;
-        Ok(self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(what), contents, usage }))
+        let buffer = self.empty::<T>(what, contents.len() as u64, usage | Usage::COPY_DST, remedy)?;
+        self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(contents));
+        Ok(buffer)
     }
 
     /// A buffer of zeros; never empty, so that it can be bound.
@@ -49,13 +48,10 @@ impl Uploader<'_> {
     ) -> Result<wgpu::Buffer> {
         let size = count.max(1) * size_of::<T>() as u64;
         self.check_size(what, size, remedy)?;
+        let descriptor = wgpu::BufferDescriptor { label: Some(what), size, usage, mapped_at_creation: false };
+        let buffer = buffer_or_error(self.device, what, remedy, &descriptor)?;
         self.bytes += size;
-        Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(what),
-            size,
-            usage,
-            mapped_at_creation: false,
-        }))
+        Ok(buffer)
     }
 
     fn check_size(&self, what: &'static str, needed: u64, remedy: &'static str) -> Result<()> {
@@ -79,7 +75,8 @@ impl Uploader<'_> {
                 remedy: "bake fewer clips or a lower --fps",
             });
         }
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+        let bytes = u64::from(layer_count * height) * u64::from(ANIMATION_WIDTH) * 16;
+        let descriptor = wgpu::TextureDescriptor {
             label: Some("animation"),
             size: wgpu::Extent3d { width: ANIMATION_WIDTH, height, depth_or_array_layers: layer_count },
             mip_level_count: 1,
@@ -88,8 +85,10 @@ impl Uploader<'_> {
             format: wgpu::TextureFormat::Rgba32Float,
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
-        });
-        self.bytes += u64::from(layer_count * height) * u64::from(ANIMATION_WIDTH) * 16;
+        };
+        let fewer = "bake fewer clips or a lower --fps";
+        let texture = texture_or_error(self.device, "animation texture", bytes, fewer, &descriptor)?;
+        self.bytes += bytes;
         for (layer, texels) in texels.chunks((ANIMATION_WIDTH * ANIMATION_HEIGHT) as usize).enumerate() {
             let whole = texels.len() / ANIMATION_WIDTH as usize;
             let (rows, rest) = texels.split_at(whole * ANIMATION_WIDTH as usize);
@@ -137,7 +136,7 @@ impl Uploader<'_> {
                 remedy: "unpack with a smaller texture size",
             });
         }
-        let texture = self.device.create_texture(&wgpu::TextureDescriptor {
+        let descriptor = wgpu::TextureDescriptor {
             label: Some("layers"),
             size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layer_count },
             mip_level_count: side.ilog2() + 1,
@@ -146,7 +145,11 @@ impl Uploader<'_> {
             format: wgpu::TextureFormat::Rgba8UnormSrgb,
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
-        });
+        };
+        // Mip levels add a third.
+        let bytes = u64::from(side) * u64::from(side) * 4 * u64::from(layer_count) * 4 / 3;
+        let smaller = "unpack with a smaller texture size";
+        let texture = texture_or_error(self.device, "images of the pack", bytes, smaller, &descriptor)?;
         let white = crate::TextureLayer { mips: vec![vec![[255; 4]]] };
         let layers = if data.layers.is_empty() { std::slice::from_ref(&white) } else { &data.layers };
         for (z, layer) in layers.iter().enumerate() {
