@@ -3,6 +3,7 @@
 mod baked;
 mod compare;
 mod figures;
+mod outputs;
 mod pictures;
 mod words;
 

@@ -12,8 +12,8 @@ use std::time::Instant;
 
 /// Vertices posed before they are drawn: bounds the memory of a frame to some tens of megabytes.
 const BATCH_VERTICES: usize = 1 << 18;
-/// Pixels of a picture, supersamples counted: two gigabytes of colour and depth.
-const MOST_PIXELS: u64 = 1 << 28;
+/// Pixels of a picture, supersamples counted: a gigabyte of colour and depth, and as much again until its PNG is written.
+const MOST_PIXELS: u64 = 1 << 27;
 /// Materials a batch can address with 16 bits.
 const BATCH_MATERIALS: usize = 1 << 16;
 

@@ -10,7 +10,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The pack was refused.
-    #[error("{path}: {source}", path = path.display())]
+    #[error("{}", pack_words(path, source))]
     Pack {
         /// The file.
         path: PathBuf,
@@ -56,6 +56,14 @@ pub enum Error {
     },
 }
 
+/// The pack's file, once: what the system says of files names them itself.
+fn pack_words(path: &std::path::Path, source: &crowd_pack::Error) -> String {
+    match source {
+        crowd_pack::Error::Io { .. } => source.to_string(),
+        _ => format!("{}: {source}", path.display()),
+    }
+}
+
 /// Done.
 pub const EXIT_DONE: u8 = 0;
 /// Input refused: pack, layout, camera path.
@@ -72,7 +80,11 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Pack { .. } | Self::Scene { .. } => EXIT_INPUT,
-            Self::Stages(crowd_stages::Error::NoAdapter(_) | crowd_stages::Error::Limit { .. }) => EXIT_MACHINE,
+            Self::Stages(
+                crowd_stages::Error::NoAdapter(_)
+                | crowd_stages::Error::Limit { .. }
+                | crowd_stages::Error::OutOfMemory { .. },
+            ) => EXIT_MACHINE,
             Self::Stages(_) => EXIT_INPUT,
             Self::Parameter { .. } => EXIT_USAGE,
             Self::Output { .. } => EXIT_OUTPUT,

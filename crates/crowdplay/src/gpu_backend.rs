@@ -4,7 +4,7 @@ use crate::crowd::Crowd;
 use crate::gpu_device::Gpu;
 use crate::picture::Picture;
 use crate::{Error, Result};
-use crowd_stages::gpu::{CrowdRenderer, RendererOptions};
+use crowd_stages::gpu::{CrowdRenderer, RendererOptions, buffer_or_error, texture_or_error};
 use crowd_stages::{CrowdData, FrameConfig, FrameTotals, InstanceRecord, Technique};
 
 /// A renderer that draws into a texture of its own.
@@ -17,12 +17,12 @@ pub struct GpuBackend {
 impl GpuBackend {
     /// Uploads the crowd. `largest_budget`: the largest N that will be asked for.
     pub fn new(gpu: Gpu, crowd: &Crowd, size: [u32; 2], samples: u32, largest_budget: u32) -> Result<Self> {
-        check_size(&gpu.device, size)?;
+        check_size(&gpu.device, size, samples)?;
         let format = wgpu::TextureFormat::Rgba8UnormSrgb;
         let options = renderer_options(&gpu.device, crowd, format, samples, largest_budget);
         let mut renderer = CrowdRenderer::new(&gpu.device, &gpu.queue, &crowd.data, options)?;
         renderer.set_instances(&gpu.queue, &crowd.instances)?;
-        let canvas = Canvas::new(&gpu.device, size, format);
+        let canvas = Canvas::new(&gpu.device, size, format)?;
         Ok(Self { gpu, renderer, canvas })
     }
 
@@ -31,7 +31,7 @@ impl GpuBackend {
         let Self { gpu, renderer, canvas } = self;
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let size = (canvas.size[0], canvas.size[1]);
-        renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, technique);
+        renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, technique)?;
         gpu.queue.submit([encoder.finish()]);
         wait(&gpu.device)?;
         Ok(renderer.totals(&gpu.device, true).unwrap_or_default())
@@ -107,17 +107,25 @@ fn triangles_a_vertex(lod: &crowd_pack::LodRecord) -> f64 {
     f64::from(lod.triangle_count) / f64::from(lod.vertex_count)
 }
 
-/// Refuses pictures the device has no texture for.
-pub fn check_size(device: &wgpu::Device, size: [u32; 2]) -> Result<()> {
-    let allowed = device.limits().max_texture_dimension_2d;
-    if size.iter().all(|&side| side <= allowed) {
-        return Ok(());
+/// Samples of a picture: two gigabytes of colour and depth.
+const MOST_SAMPLES: u64 = 1 << 28;
+
+/// Refuses pictures the device has no texture for, and those of more than 2^28 samples.
+pub fn check_size(device: &wgpu::Device, size: [u32; 2], samples: u32) -> Result<()> {
+    let refused = |found: String, allowed: String| Err(Error::Parameter { option: "--size", found, allowed });
+    let [width, height] = size;
+    let longest = device.limits().max_texture_dimension_2d;
+    if width.max(height) > longest {
+        return refused(format!("{width}x{height}"), format!("up to {longest} pixels a side on this adapter"));
     }
-    Err(Error::Parameter {
-        option: "--size",
-        found: format!("{}x{}", size[0], size[1]),
-        allowed: format!("up to {allowed} pixels a side on this adapter"),
-    })
+    if u64::from(width) * u64::from(height) * u64::from(samples) > MOST_SAMPLES {
+        let fewer = if samples > 1 { "; more with --msaa 1" } else { "" };
+        return refused(
+            format!("{width}x{height} with {samples} sample(s) a pixel"),
+            format!("up to {} pixels{fewer}", MOST_SAMPLES / u64::from(samples.max(1))),
+        );
+    }
+    Ok(())
 }
 
 /// Waits for everything submitted.
@@ -141,31 +149,42 @@ pub struct Canvas {
 
 impl Canvas {
     /// `format`: an eight-bit RGBA or BGRA one.
-    pub fn new(device: &wgpu::Device, size: [u32; 2], format: wgpu::TextureFormat) -> Self {
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("canvas"),
-            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+    ///
+    /// # Errors
+    /// [`crowd_stages::Error::OutOfMemory`] when the device has no room for it.
+    pub fn new(device: &wgpu::Device, size: [u32; 2], format: wgpu::TextureFormat) -> Result<Self> {
+        let bytes = u64::from(size[0]) * u64::from(size[1]) * 4;
+        let texture = texture_or_error(
+            device,
+            "picture",
+            bytes,
+            "ask for a smaller picture",
+            &wgpu::TextureDescriptor {
+                label: Some("canvas"),
+                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+                view_formats: &[],
+            },
+        )?;
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        Self { texture, view, size, format }
+        Ok(Self { texture, view, size, format })
     }
 
     /// Copies the pixels out; waits.
     pub fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Picture> {
         let [width, height] = self.size;
         let row_bytes = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        let descriptor = wgpu::BufferDescriptor {
             label: Some("canvas read-back"),
             size: u64::from(row_bytes) * u64::from(height),
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
-        });
+        };
+        let buffer = buffer_or_error(device, "picture read back", "ask for a smaller picture", &descriptor)?;
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("read back") });
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
         let into = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };

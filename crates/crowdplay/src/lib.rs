@@ -12,6 +12,7 @@ pub mod error;
 pub mod gpu_backend;
 pub mod gpu_device;
 pub mod headless;
+pub mod output_paths;
 pub mod overlay;
 pub mod picture;
 pub mod plan;
@@ -82,6 +83,7 @@ fn follow(args: &cli::Args, stdout: &mut dyn Write, stderr: &mut dyn Write) -> R
         return list_adapters(stdout, &mut talk);
     }
     let plan = plan::plan(args)?;
+    output_paths::refuse_shared(&plan)?;
     if matches!(plan.show, plan::Show::Window { .. }) {
         window::expect_display()?;
     }

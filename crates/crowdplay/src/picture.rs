@@ -29,21 +29,36 @@ impl Picture {
 }
 
 /// Writes under a temporary name in the same folder and renames: the old file or the new one, never half.
+///
+/// Folders that are missing are made. Links are followed, devices and pipes written to directly.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    let failed = |source| Error::Output { path: path.to_owned(), source };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    write_whole(path, bytes).map_err(|source| Error::Output { path: path.to_owned(), source })
+}
+
+fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    if is_device(path) {
+        return std::fs::write(path, bytes);
+    }
+    let target = if path.is_symlink() { path.canonicalize()? } else { path.to_owned() };
+    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".crowdplay-").suffix(".part");
+    builder.prefix(".crowdplay-").suffix(".tmp");
     #[cfg(unix)]
     {
         // Like any file a program makes: the umask decides, not the temporary file's 0600.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder).map_err(failed)?;
-    file.write_all(bytes).map_err(failed)?;
-    file.persist(path).map_err(|e| failed(e.error))?;
+    let mut file = builder.tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    file.persist(&target)?;
     Ok(())
+}
+
+/// Devices and pipes (`/dev/null`) are written to: renaming would put a file in their place.
+pub fn is_device(path: &Path) -> bool {
+    path.metadata().is_ok_and(|meta| !meta.is_file() && !meta.is_dir())
 }
 
 /// Writes to standard output; a reader that has gone away is no failure.
@@ -69,12 +84,13 @@ mod tests {
     #[test]
     fn a_failed_write_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
-        let missing = folder.path().join("no/such/folder.png");
-        let error = write_file(&missing, b"x").unwrap_err();
-        assert_eq!(error.exit_code(), crate::error::EXIT_OUTPUT);
         write_file(&folder.path().join("a"), b"one").unwrap();
         write_file(&folder.path().join("a"), b"two").unwrap();
         assert_eq!(std::fs::read(folder.path().join("a")).unwrap(), b"two");
+        let error = write_file(&folder.path().join("a/b"), b"x").unwrap_err();
+        assert_eq!(error.exit_code(), crate::error::EXIT_OUTPUT, "a file is no folder");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        write_file(&folder.path().join("new/folder/a"), b"three").unwrap();
+        assert_eq!(std::fs::read_dir(folder.path().join("new/folder")).unwrap().count(), 1);
     }
 }

@@ -83,7 +83,7 @@ impl Screen {
         &mut self,
         gpu: &Gpu,
         mut output: egui::FullOutput,
-        scene: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::TextureView),
+        scene: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::TextureView) -> Result<()>,
     ) -> Result<bool> {
         self.egui_state.handle_platform_output(&self.window, output.platform_output);
         for (id, deltas) in output.textures_delta.set.drain() {
@@ -109,7 +109,7 @@ impl Screen {
             let view_as = |format| {
                 frame.texture.create_view(&wgpu::TextureViewDescriptor { format: Some(format), ..Default::default() })
             };
-            scene(&mut encoder, &view_as(self.scene_format));
+            scene(&mut encoder, &view_as(self.scene_format))?;
             let mut commands = self.egui_renderer.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &jobs, &screen);
             let view = view_as(self.config.format);
             let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {

@@ -61,12 +61,12 @@ pub fn read_text(path: &Path, most_bytes: u64) -> Result<String> {
     use std::io::Read;
     let refused = |problem: String| Error::Scene { path: path.to_owned(), problem };
     let file = std::fs::File::open(path).map_err(|e| refused(e.to_string()))?;
-    let mut text = String::new();
-    let read = file.take(most_bytes + 1).read_to_string(&mut text).map_err(|e| refused(e.to_string()))?;
+    let mut bytes = Vec::new();
+    let read = file.take(most_bytes + 1).read_to_end(&mut bytes).map_err(|e| refused(e.to_string()))?;
     if read as u64 > most_bytes {
         return Err(refused(format!("found more than {most_bytes} bytes, allowed {most_bytes}")));
     }
-    Ok(text)
+    String::from_utf8(bytes).map_err(|_| refused("is not UTF-8 text".to_owned()))
 }
 
 /// The uniform of a frame.

@@ -363,8 +363,9 @@ impl Running {
         let drawn = screen.present(gpu, output, |encoder, view| {
             if let Painter::Gpu(renderer) = painter {
                 let technique = knobs.technique;
-                renderer.encode(&gpu.device, &gpu.queue, encoder, view, (size[0], size[1]), config, technique);
+                renderer.encode(&gpu.device, &gpu.queue, encoder, view, (size[0], size[1]), config, technique)?;
             }
+            Ok(())
         })?;
         if let Painter::Gpu(renderer) = painter
             && drawn
@@ -396,11 +397,11 @@ impl Running {
                 Ok(cpu.picture())
             }
             Painter::Gpu(renderer) => {
-                let canvas = Canvas::new(&gpu.device, screen.size(), screen.scene_format());
+                let canvas = Canvas::new(&gpu.device, screen.size(), screen.scene_format())?;
                 let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 let size = (canvas.size[0], canvas.size[1]);
                 let technique: Technique = knobs.technique;
-                renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, technique);
+                renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, technique)?;
                 gpu.queue.submit([encoder.finish()]);
                 canvas.read(&gpu.device, &gpu.queue)
             }
