@@ -37,6 +37,9 @@ if [ "$(uname -s)" = Linux ] && [ "${CROWD_NO_GPU:-0}" != 1 ] && ! vulkan_driver
   fi
 fi
 
+# Mesa's device-select layer, on by default, complains of a missing XDG_RUNTIME_DIR at every start; we choose no device by it.
+export NODEVICE_SELECT=1
+
 # The command-line tests drive the real programs.
 cargo build --release --locked -p crowdbake -p crowdplay --bins
 cargo test --release --locked --workspace "$@"
