@@ -58,7 +58,7 @@ fn an_asset_is_baked_on_the_way_and_an_unknown_clip_is_refused() {
 #[test]
 fn a_picture_of_too_many_pixels_is_refused_before_anything_is_opened() {
     let bench = Bench::new();
-    let ratios = vec!["1"; 5].join(",");
+    let ratios = ["1"; 5].join(",");
     let words = ["picture", "@gone.glb", "-o", "@p.png", "--size", "4096x4096", "--ratios", &ratios];
     bench.run(&words).expect(2).says(&["found 83886080 pixels, allowed 67108864"]);
     assert!(bench.listing().is_empty());

@@ -400,8 +400,10 @@ fn make_survey(args: &SurveyArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> R
             }
         }
         if let (Some(folder), Some(contents)) = (&args.pictures, contents) {
+            let path = folder.join(survey::picture_name(&shown));
+            refuse_inputs(&path, std::slice::from_ref(&entry.path))?;
             let picture = survey::survey_picture(&contents)?;
-            write_whole(&folder.join(survey::picture_name(&shown)), &crowd_raster::encode_png(&picture))?;
+            write_whole(&path, &crowd_raster::encode_png(&picture))?;
         }
         talk.advance(1.0, &shown, "done");
         rows.push(row);

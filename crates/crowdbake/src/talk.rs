@@ -105,8 +105,8 @@ mod tests {
         let talk = Talk::new(&mut err, Loudness::Quiet, false);
         talk.note("baked");
         talk.warn("odd");
-        talk.error("bad\u{1b}[2J");
+        talk.error("bad\u{1b}[2J\u{202e}");
         drop(talk);
-        assert_eq!(String::from_utf8(err).unwrap(), "error: bad\u{fffd}[2J\n");
+        assert_eq!(String::from_utf8(err).unwrap(), "error: bad\u{fffd}[2J\u{fffd}\n");
     }
 }
