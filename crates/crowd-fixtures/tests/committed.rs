@@ -40,7 +40,7 @@ fn good_files_load() {
 
 fn kind(error: &Error) -> &'static str {
     match error {
-        Error::Io { .. } => "io",
+        Error::Io { .. } | Error::NamedFile { .. } => "io",
         Error::Format { .. } => "format",
         Error::Unsupported { .. } => "unsupported",
         Error::Limit { .. } => "limit",
