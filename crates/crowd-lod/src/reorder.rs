@@ -25,6 +25,7 @@ pub(crate) fn reorder_by_collapse(
     }
     CollapseOrder {
         vertex_source: vertex_order.iter().map(|&v| split.variant_source[v as usize]).collect(),
+        attribute_source: vertex_order.iter().map(|&v| split.variant_source[v as usize]).collect(),
         vertex_materials: vertex_order.iter().map(|&v| split.variant_material[v as usize]).collect(),
         vertex_classes: vertex_order.iter().map(|&v| wedge_class[split.variant_wedge[v as usize] as usize]).collect(),
         triangles: triangle_order

@@ -247,8 +247,15 @@ fn vertex_records<'a>(baked: &'a BakedCharacter, materials: &'a [u16]) -> impl I
             VertexClass::Companion => vertex_class::COMPANION,
             VertexClass::Fixed => vertex_class::FIXED,
         };
-        let source = order.vertex_source[vertex] as usize;
-        VertexRecord { material_class: material | (class << 16), ..baked.mesh.records[source] }
+        let place = baked.mesh.records[order.vertex_source[vertex] as usize];
+        let attributes = baked.mesh.records[order.attribute_source[vertex] as usize];
+        VertexRecord {
+            material_class: material | (class << 16),
+            position: place.position,
+            joints: place.joints,
+            weights: place.weights,
+            ..attributes
+        }
     })
 }
 
