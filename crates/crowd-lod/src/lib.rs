@@ -6,16 +6,18 @@
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
 //!
 //! One module a step: `split_seams` (with `separate_layers`), `classify`, `quadrics`, `criteria`, `collapse` (on a `topology`),
-//! `reorder`, `reform`, `measure`.
+//! `reorder`, `reform`, `level_mesh`, `refit`, `measure`.
 
 mod classify;
 mod closest;
 mod collapse;
 mod criteria;
+mod level_mesh;
 #[cfg(test)]
 mod lib_tests;
 mod measure;
 mod quadrics;
+mod refit;
 mod reform;
 mod reorder;
 mod separate_layers;
@@ -26,7 +28,9 @@ mod topology;
 mod types;
 mod validate;
 
+pub use level_mesh::{LevelMesh, level_mesh};
 pub use measure::{measure_level, measured_frames};
+pub use refit::{RefitOptions, refit};
 pub use reform::reform;
 pub use types::*;
 
