@@ -82,6 +82,7 @@ fn benches(c: &mut Criterion) {
         weights: &snake.weights,
         triangles: &snake.triangles,
         triangle_materials: &snake.materials,
+        appearance: crowd_lod::Appearance::default(),
     };
     let palettes = waving();
     let all = vec![1.0 / FRAMES as f32; FRAMES];

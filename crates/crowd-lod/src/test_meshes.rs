@@ -52,6 +52,7 @@ impl TestMesh {
             weights: &self.weights,
             triangles: &self.triangles,
             triangle_materials: &self.materials,
+            appearance: crate::Appearance::default(),
         }
     }
 

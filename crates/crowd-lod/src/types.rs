@@ -41,6 +41,19 @@ pub struct LodMesh<'a> {
     pub triangles: &'a [[u32; 3]],
     /// Material of each triangle; a border between two materials is a seam.
     pub triangle_materials: &'a [u16],
+    /// What the textures show, as far as it is known.
+    pub appearance: Appearance<'a>,
+}
+
+/// What the textures of a mesh show. Empty slices where nobody looked: then a slide of the texture costs by its length alone, and
+/// colours are those of the vertices.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Appearance<'a> {
+    /// For each vertex, the colour seen there: texture times factor times vertex colour, sRGB, 0..=1.
+    pub shown_colors: &'a [[f32; 3]],
+    /// For each triangle, how fast the texture's colours change in it: RMS of the RGB difference for a small step, per unit of
+    /// texture coordinate.
+    pub triangle_contrast: &'a [f32],
 }
 
 /// The poses that count.
@@ -66,11 +79,30 @@ pub enum Criteria {
     Peng2011,
 }
 
+/// How much the cost of a collapse minds what a surface shows, next to its shape. 1 is the default, 0 does not mind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AttributeWeights {
+    /// Textures that slide.
+    pub uv: f32,
+    /// Normals.
+    pub normal: f32,
+    /// Vertex colours, and the colours of parts that vanish.
+    pub color: f32,
+}
+
+impl Default for AttributeWeights {
+    fn default() -> Self {
+        Self { uv: 1.0, normal: 1.0, color: 1.0 }
+    }
+}
+
 /// Knobs of [`crate::simplify`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct LodOptions {
     /// Which collapses are allowed.
     pub criteria: Criteria,
+    /// What the cost minds beside shape; [`Criteria::Peng2011`] minds shape alone.
+    pub attribute_weights: AttributeWeights,
     /// How many levels are measured against full detail, spread evenly in log(triangles). 0 measures none.
     pub measured_levels: u32,
     /// Frames used for measuring, spread evenly over the poses.
@@ -81,7 +113,13 @@ pub struct LodOptions {
 
 impl Default for LodOptions {
     fn default() -> Self {
-        Self { criteria: Criteria::Wedge, measured_levels: 16, measured_frames: 8, samples_per_frame: 1000 }
+        Self {
+            criteria: Criteria::Wedge,
+            attribute_weights: AttributeWeights::default(),
+            measured_levels: 16,
+            measured_frames: 8,
+            samples_per_frame: 1000,
+        }
     }
 }
 

@@ -16,6 +16,16 @@ pub(crate) fn validate_mesh(mesh: &LodMesh<'_>) -> Result<()> {
     same_length("joints", mesh.joints.len(), vertex_count)?;
     same_length("weights", mesh.weights.len(), vertex_count)?;
     same_length("triangle_materials", mesh.triangle_materials.len(), mesh.triangles.len())?;
+    let shown = mesh.appearance.shown_colors;
+    let contrast = mesh.appearance.triangle_contrast;
+    if !shown.is_empty() {
+        same_length("appearance.shown_colors", shown.len(), vertex_count)?;
+        all_finite("appearance.shown_colors", shown.as_flattened(), 3)?;
+    }
+    if !contrast.is_empty() {
+        same_length("appearance.triangle_contrast", contrast.len(), mesh.triangles.len())?;
+        all_finite("appearance.triangle_contrast", contrast, 1)?;
+    }
     all_finite("positions", mesh.positions.as_flattened(), 3)?;
     all_finite("normals", mesh.normals.as_flattened(), 3)?;
     all_finite("uvs", mesh.uvs.as_flattened(), 2)?;

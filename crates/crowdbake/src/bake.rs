@@ -230,6 +230,7 @@ fn simplify(
         weights: &mesh.weights,
         triangles: &raw.mesh.triangles,
         triangle_materials: &triangle_materials,
+        appearance: crowd_lod::Appearance::default(),
     };
     let palettes: Vec<Mat3x4> = clips.iter().flat_map(|clip| clip.palettes.iter().copied()).collect();
     let frame_counts: Vec<u32> = clips.iter().map(|clip| clip.frame_count).collect();

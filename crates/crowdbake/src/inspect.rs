@@ -283,6 +283,7 @@ pub(crate) fn classify(raw: &RawCharacter) -> Result<SeamReport, crowd_lod::Erro
         weights: &mesh.weights,
         triangles: &raw.mesh.triangles,
         triangle_materials: &triangle_materials,
+        appearance: crowd_lod::Appearance::default(),
     };
     crowd_lod::classify(&lod_mesh)
 }
