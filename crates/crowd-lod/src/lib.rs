@@ -6,12 +6,13 @@
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
 //!
 //! One module a step: `split_seams` (with `separate_layers`), `classify`, `quadrics`, `criteria`, `collapse` (on a `topology`),
-//! `reorder`, `reform`, `level_mesh`, `refit`, `measure`.
+//! `reorder`, `reform`, `level_mesh`, `refit`, `measure`, `interpenetration`.
 
 mod classify;
 mod closest;
 mod collapse;
 mod criteria;
+mod interpenetration;
 mod level_mesh;
 #[cfg(test)]
 mod lib_tests;
@@ -28,6 +29,7 @@ mod topology;
 mod types;
 mod validate;
 
+pub use interpenetration::{Interpenetration, LayeredMesh, find_layers, measure_interpenetration};
 pub use level_mesh::{LevelMesh, level_mesh};
 pub use measure::{measure_level, measured_frames};
 pub use refit::{RefitOptions, refit};

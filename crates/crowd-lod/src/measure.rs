@@ -94,9 +94,9 @@ struct Vertices<'a> {
 
 /// A point on a triangle of a mesh: the triangle and the weights of its first two corners.
 #[derive(Debug, Clone, Copy)]
-struct Sample {
-    triangle: u32,
-    weights: [f32; 2],
+pub(crate) struct Sample {
+    pub triangle: u32,
+    pub weights: [f32; 2],
 }
 
 fn measure_frames(
@@ -179,7 +179,7 @@ fn one_sided(
 }
 
 /// Points spread over a mesh by bind-pose area: evenly along the summed areas, low-discrepancy within the triangles.
-fn spread_samples(positions: &[[f32; 3]], triangles: &[[u32; 3]], count: u32) -> Vec<Sample> {
+pub(crate) fn spread_samples(positions: &[[f32; 3]], triangles: &[[u32; 3]], count: u32) -> Vec<Sample> {
     let area = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| positions[v as usize]);
         let n = cross(sub(b, a), sub(c, a));
