@@ -4,11 +4,11 @@
 //! entry whose target has grown since is a lower bound: it is evaluated again when it comes to the front. The order is thus
 //! exactly the greedy one; ties fall to the lower position, then to the lower target.
 
-use crate::Blocked;
-use crate::criteria::{MAX_MOVED_VALENCE, Obstacle, Rules};
+use crate::criteria::{MAX_MOVED_VALENCE, Rules};
 use crate::quadrics::Quadrics;
 use crate::split_seams::{SplitMesh, cos_between};
 use crate::topology::{Spoke, Topology};
+use crate::{Blocked, Obstacle};
 use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -36,6 +36,8 @@ pub(crate) struct Steps {
     pub removed_ends: Vec<u32>,
     /// What held the positions that are left.
     pub blocked: Blocked,
+    /// The same for each position; nothing where no triangle is left.
+    pub obstacles: Vec<Option<Obstacle>>,
 }
 
 /// Queue entry: rank as ordered bits, position, target, stamp of the position, stamp of the target's quadric.
@@ -88,7 +90,8 @@ pub(crate) fn collapse_edges(
             break;
         }
     }
-    run.steps.blocked = run.count_blocked();
+    run.steps.obstacles = run.find_obstacles();
+    run.steps.blocked = count_blocked(&run.steps.obstacles);
     progress(1.0);
     run.steps
 }
@@ -314,27 +317,30 @@ impl Run<'_> {
         self.steps.dropped[start..].sort_unstable();
     }
 
-    fn count_blocked(&self) -> Blocked {
-        let mut blocked = Blocked::default();
+    fn find_obstacles(&self) -> Vec<Option<Obstacle>> {
         let mut spokes = Vec::new();
-        for p in 0..self.stamps.len() as u32 {
+        let mut obstacle_at = |p: u32| {
             if self.topology.valence(p) == 0 {
-                continue;
+                return None;
             }
             if !self.rules.may_move(self.topology, p) {
-                blocked.fixed += 1;
-                continue;
+                return Some(Obstacle::Fixed);
             }
             self.topology.spokes(p, &mut spokes);
-            let furthest = spokes.iter().filter_map(|s| self.rules.check(self.topology, p, &spokes, s).err()).max();
-            match furthest {
-                None | Some(Obstacle::Fixed) => blocked.fixed += 1,
-                Some(Obstacle::Seam) => blocked.seam += 1,
-                Some(Obstacle::Topology) => blocked.topology += 1,
-                Some(Obstacle::Flip) => blocked.flip += 1,
-            }
-        }
-        blocked
+            let found = spokes.iter().filter_map(|s| self.rules.check(self.topology, p, &spokes, s).err());
+            Some(found.max().unwrap_or(Obstacle::Fixed))
+        };
+        (0..self.stamps.len() as u32).map(&mut obstacle_at).collect()
+    }
+}
+
+fn count_blocked(obstacles: &[Option<Obstacle>]) -> Blocked {
+    let count = |obstacle| obstacles.iter().filter(|&&found| found == Some(obstacle)).count() as u32;
+    Blocked {
+        fixed: count(Obstacle::Fixed),
+        seam: count(Obstacle::Seam),
+        topology: count(Obstacle::Topology),
+        flip: count(Obstacle::Flip),
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::quadrics::{choose_frames, cross, dot, pose_position, sub};
 use crate::split_seams::SplitMesh;
 use crate::topology::{Spoke, Topology};
-use crate::{Criteria, LodMesh, LodPoses, VertexClass};
+use crate::{Criteria, LodMesh, LodPoses, Obstacle, VertexClass};
 
 /// Posed frames, besides the bind pose, in which triangles may not flip.
 const FLIP_FRAMES: usize = 4;
@@ -18,19 +18,6 @@ pub(crate) const MAX_MOVED_VALENCE: usize = 128;
 /// Two neighbours that both have more triangles than this are not asked whether they meet, which would take their product's
 /// time on a hostile mesh: the collapse is refused.
 const MAX_SCANNED_VALENCE: usize = 512;
-
-/// Why a collapse is not allowed; later members were reached only by passing the earlier ones.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Obstacle {
-    /// The position may not move at all, or only along its border.
-    Fixed,
-    /// A wedge has no image, or several.
-    Seam,
-    /// The surface would not stay a surface.
-    Topology,
-    /// A triangle would flip in space or in the texture.
-    Flip,
-}
 
 /// The rules and what they look at that does not change.
 #[derive(Debug)]

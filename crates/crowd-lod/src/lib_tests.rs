@@ -86,6 +86,8 @@ fn corner_of_three_charts_stays_under_both_criteria() {
         assert!(order.vertex_classes[..24].iter().all(|&class| class == VertexClass::Fixed));
         assert_eq!(order.levels[0].error_m, 0.0);
         assert_eq!(order.blocked.fixed + order.blocked.seam, 8, "{:?}", order.blocked);
+        assert_eq!(order.obstacles.len(), 24, "one for each vertex of the coarsest level");
+        assert!(order.obstacles.iter().all(|&o| o <= crate::Obstacle::Seam), "{:?}", order.obstacles);
     }
 }
 

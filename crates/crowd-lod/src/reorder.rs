@@ -2,7 +2,7 @@
 
 use crate::collapse::Steps;
 use crate::split_seams::SplitMesh;
-use crate::{CollapseOrder, Level, SeamReport, VertexClass};
+use crate::{CollapseOrder, Level, Obstacle, SeamReport, VertexClass};
 
 /// The order: what never collapses first, then the steps from the last to the first. What one step drops lies together,
 /// so companions are never parted by a level.
@@ -14,6 +14,8 @@ pub(crate) fn reorder_by_collapse(
 ) -> CollapseOrder {
     let vertex_order = last_first(split.variant_wedge.len(), &steps.dropped_ends, |i| steps.dropped[i].0);
     let triangle_order = last_first(split.triangles.len(), &steps.removed_ends, |i| steps.removed[i]);
+
+    let kept = &vertex_order[..vertex_order.len() - steps.dropped.len()];
 
     let mut vertex_remap = vec![0_u32; vertex_order.len()];
     for (new, &old) in vertex_order.iter().enumerate() {
@@ -38,6 +40,10 @@ pub(crate) fn reorder_by_collapse(
         measured: Vec::new(),
         seams,
         blocked: steps.blocked,
+        obstacles: kept
+            .iter()
+            .map(|&v| steps.obstacles[split.position_of(v) as usize].unwrap_or(Obstacle::Fixed))
+            .collect(),
     }
 }
 

@@ -190,6 +190,8 @@ pub struct CollapseOrder {
     pub seams: SeamReport,
     /// Why the coarsest level goes no further.
     pub blocked: Blocked,
+    /// For each vertex of the coarsest level, what keeps its position there: of its edges, the one that came furthest.
+    pub obstacles: Vec<Obstacle>,
 }
 
 /// One level of the continuous order.
@@ -223,6 +225,19 @@ pub struct MeasuredError {
     pub max_m: f32,
     /// Frame of the largest, an index into the poses given.
     pub max_frame: u32,
+}
+
+/// What keeps a position from moving; later members were reached only by passing the earlier ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Obstacle {
+    /// The position may not move at all, or only along its border.
+    Fixed,
+    /// A wedge has no image, or several.
+    Seam,
+    /// The surface would not stay a surface.
+    Topology,
+    /// A triangle would flip in space or in the texture.
+    Flip,
 }
 
 /// Counts of positions that could not move any more at the coarsest level, by what held them.
