@@ -93,10 +93,15 @@ impl ClosestTriangles {
 
     /// Squared distance from a point to the closest triangle, `None` when there is no triangle.
     pub fn distance_squared(&self, point: [f32; 3], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Option<f32> {
+        self.closest(point, positions, triangles).map(|(squared, _)| squared)
+    }
+
+    /// The triangle closest to a point and its squared distance, `None` when there is no triangle.
+    pub fn closest(&self, point: [f32; 3], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Option<(f32, u32)> {
         if self.nodes.is_empty() {
             return None;
         }
-        let mut best = f32::INFINITY;
+        let (mut best, mut found) = (f32::INFINITY, self.order[0]);
         // Halving splits of fewer than 2^28 triangles: the stack never holds more than one node a level.
         let mut stack = [(0_u32, 0.0_f32); 64];
         let mut depth = 1;
@@ -111,7 +116,10 @@ impl ClosestTriangles {
             if node.second == 0 {
                 for &t in &self.order[node.start as usize..node.end as usize] {
                     let corners = triangles[t as usize].map(|v| positions[v as usize]);
-                    best = best.min(triangle_distance_squared(point, corners));
+                    let squared = triangle_distance_squared(point, corners);
+                    if squared < best {
+                        (best, found) = (squared, t);
+                    }
                 }
                 continue;
             }
@@ -122,7 +130,7 @@ impl ClosestTriangles {
             stack[depth + 1] = near;
             depth += 2;
         }
-        Some(best)
+        Some((best, found))
     }
 
     /// Calls `visit` with each triangle through whose front the line through `origin` along `direction`, a unit vector, leaves,
@@ -209,7 +217,7 @@ pub(crate) fn line_leaves_triangle(origin: [f32; 3], direction: [f32; 3], [a, b,
 }
 
 /// Squared distance from a point to a triangle: to its plane when the point is above it, else to its edges.
-fn triangle_distance_squared(point: [f32; 3], [a, b, c]: [[f32; 3]; 3]) -> f32 {
+pub(crate) fn triangle_distance_squared(point: [f32; 3], [a, b, c]: [[f32; 3]; 3]) -> f32 {
     let n = cross(sub(b, a), sub(c, a));
     let inside = |from: [f32; 3], to: [f32; 3]| dot(cross(n, sub(to, from)), sub(point, from)) >= 0.0;
     let length_squared = dot(n, n);

@@ -1,6 +1,7 @@
 //! Which collapses are allowed: seams, borders, topology and flips (Peng 2011 §4.2).
 
-use crate::quadrics::{choose_frames, cross, dot, pose_position, sub};
+use crate::frames::draw_evenly;
+use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::split_seams::SplitMesh;
 use crate::topology::{Spoke, Topology};
 use crate::{Criteria, LodMesh, LodPoses, Obstacle, VertexClass};
@@ -54,7 +55,7 @@ impl Rules {
         }
         let bind = split.position_source.iter().map(|&v| mesh.positions[v as usize]).collect();
         let mut posed: Vec<Vec<[f32; 3]>> = vec![bind];
-        for (frame, _) in choose_frames(poses.frame_weights, FLIP_FRAMES) {
+        for (frame, _) in draw_evenly(poses.frame_weights, FLIP_FRAMES) {
             let palette = &poses.palettes[frame * poses.joint_count..][..poses.joint_count];
             let pose = |&v: &u32| {
                 let v = v as usize;

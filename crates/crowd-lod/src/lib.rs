@@ -5,13 +5,16 @@
 //! wedges per collapse instead of once (see [`Criteria::Wedge`]).
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
 //!
-//! One module a step: `split_seams` (with `separate_layers`), `classify`, `quadrics`, `criteria`, `collapse` (on a `topology`),
-//! `reorder`, `reform`, `level_mesh`, `refit`, `measure`, `interpenetration`.
+//! One module a step: `split_seams` (with `separate_layers`), `classify`, `frames` (with `align`), `quadrics`, `criteria`,
+//! `collapse` (on a `topology`), `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `interpenetration`.
 
+mod align;
+mod check_frames;
 mod classify;
 mod closest;
 mod collapse;
 mod criteria;
+mod frames;
 mod interpenetration;
 mod level_mesh;
 #[cfg(test)]
@@ -36,18 +39,22 @@ pub use refit::{RefitOptions, refit};
 pub use reform::reform;
 pub use types::*;
 
+/// Times that an order is made anew, with frames added, before a check that still fails is only reported.
+const MAX_RERUNS: u32 = 2;
+
 /// Simplifies a mesh down to its fixed set and returns the whole order.
 ///
-/// The cost of a collapse is the quadric error averaged over the frames of `poses` by their weights. Frames are used
-/// all, unless positions times frames would need more than 1.5 GB; then as many as fit, drawn evenly by weight.
-/// `progress` is called now and then with the share done, 0..=1, from one thread. A mesh without triangles gives an order
-/// with one empty level.
+/// The cost of a collapse is the quadric error averaged over frames of `poses`, by their weights; which frames, `options`
+/// says. `progress` is called now and then with the share done, 0..=1, from one thread. A mesh without triangles gives an
+/// order with one empty level.
 ///
 /// # Errors
-/// [`Error::Parameter`] when the slices disagree or hold indices or numbers that are not allowed.
+/// [`Error::Parameter`] when the slices disagree or hold indices or numbers that are not allowed, and when the frames would
+/// take more memory than is allowed.
 ///
 /// Paper: Peng 2011 §4. Departs: link condition and flip test guard both criteria, so that every level is a valid mesh.
-/// Cost: about (vertices x frames) to build, and per collapse some ten evaluations over all frames.
+/// Cost: about (vertices x frames that count) to build, and per collapse some ten evaluations over those frames; twice or
+/// three times that when the check of [`FrameChoice::Auto`] fails.
 pub fn simplify(
     mesh: &LodMesh<'_>,
     poses: &LodPoses<'_>,
@@ -58,16 +65,43 @@ pub fn simplify(
     validate::validate_poses(mesh, poses)?;
     let split = split_seams::split_seams(mesh);
     let classes = classify::classify_wedges(&split);
-    let mut topology = topology::Topology::new(&split);
-    let mut quadrics = quadrics::Quadrics::build(mesh, poses, &split, &classes.edge_kinds);
-    let rules =
-        criteria::Rules::new(mesh, poses, &split, options.criteria, &classes.non_manifold, &classes.wedge_class);
-    let normals: Vec<[f32; 3]> = split.variant_source.iter().map(|&v| mesh.normals[v as usize]).collect();
-    let steps = collapse::collapse_edges(&split, &normals, &mut topology, &mut quadrics, &rules, progress);
-    drop(quadrics);
-    let mut order = reorder::reorder_by_collapse(&split, &classes.wedge_class, &steps, classes.report);
+    let (mut chosen, portraits) = frames::choose_frames(mesh, poses, &split, options.frames);
+    let mut report = FrameReport { given: poses.frame_weights.len() as u32, ..FrameReport::default() };
+    let mut order = loop {
+        validate::validate_frame_memory(split.position_source.len(), chosen.frames.len())?;
+        let order = collapse(mesh, &chosen.poses(), &split, &classes, options, progress);
+        let Some(portraits) = &portraits else { break order };
+        let errors = check_frames::measure_all_frames(mesh, poses, &order);
+        let check = errors.check(poses, &chosen);
+        report.check = Some(check);
+        if check.holds || report.rerun_count == MAX_RERUNS {
+            break order;
+        }
+        let added = errors.frames_to_add(poses, &chosen);
+        chosen = portraits.stand_for_all(poses, [chosen.frames, added].concat());
+        report.rerun_count += 1;
+    };
+    report.used = chosen.frames.len() as u32;
+    order.frames = report;
     order.measured = measure::measure_levels(mesh, poses, &order, options);
     Ok(order)
+}
+
+/// Seams, classes and frames in, the order out.
+fn collapse(
+    mesh: &LodMesh<'_>,
+    poses: &LodPoses<'_>,
+    split: &split_seams::SplitMesh,
+    classes: &classify::Classes,
+    options: &LodOptions,
+    progress: &(dyn Fn(f32) + Sync),
+) -> CollapseOrder {
+    let mut topology = topology::Topology::new(split);
+    let mut quadrics = quadrics::Quadrics::build(mesh, poses, split, &classes.edge_kinds);
+    let rules = criteria::Rules::new(mesh, poses, split, options.criteria, &classes.non_manifold, &classes.wedge_class);
+    let normals: Vec<[f32; 3]> = split.variant_source.iter().map(|&v| mesh.normals[v as usize]).collect();
+    let steps = collapse::collapse_edges(split, &normals, &mut topology, &mut quadrics, &rules, progress);
+    reorder::reorder_by_collapse(split, &classes.wedge_class, &steps, classes.report.clone())
 }
 
 /// Seams and classes alone, without simplifying: what `inspect` shows of a source asset.

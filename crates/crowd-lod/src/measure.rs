@@ -1,7 +1,8 @@
 //! Measures how far a level lies from full detail over poses.
 
 use crate::closest::ClosestTriangles;
-use crate::quadrics::{choose_frames, cross, dot, pose_position, sub};
+use crate::frames::draw_evenly;
+use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::{CollapseOrder, LodMesh, LodOptions, LodPoses, Mat3x4, MeasuredError, MeasuredLevel, reform};
 use rayon::prelude::*;
 
@@ -31,7 +32,7 @@ pub fn measure_level(
 ///
 /// Whoever measures a level again on these frames gets the same numbers.
 pub fn measured_frames(frame_weights: &[f32], limit: u32) -> Vec<usize> {
-    choose_frames(frame_weights, limit as usize).into_iter().map(|(frame, _)| frame).collect()
+    draw_evenly(frame_weights, limit as usize).into_iter().map(|(frame, _)| frame).collect()
 }
 
 /// Measures some levels of an order, spread evenly in log(triangles), coarsest first.
@@ -97,6 +98,12 @@ struct Vertices<'a> {
 pub(crate) struct Sample {
     pub triangle: u32,
     pub weights: [f32; 2],
+}
+
+/// Where a sample lies, given the corners of its triangle.
+pub(crate) fn place_of(sample: &Sample, [a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
+    let [s, t] = sample.weights;
+    [0, 1, 2].map(|i| s * a[i] + t * b[i] + (1.0 - s - t) * c[i])
 }
 
 fn measure_frames(
@@ -166,9 +173,7 @@ fn one_sided(
 ) -> (f64, u32, f32) {
     let (mut sum, mut largest, mut count) = (0.0_f64, 0.0_f32, 0);
     for sample in samples {
-        let [a, b, c] = from[sample.triangle as usize].map(|v| posed[v as usize]);
-        let [s, t] = sample.weights;
-        let point = [0, 1, 2].map(|i| s * a[i] + t * b[i] + (1.0 - s - t) * c[i]);
+        let point = place_of(sample, from[sample.triangle as usize].map(|v| posed[v as usize]));
         if let Some(squared) = to_tree.distance_squared(point, posed, to) {
             sum += f64::from(squared);
             largest = largest.max(squared);

@@ -14,8 +14,6 @@ pub(crate) const LANES: usize = 8;
 /// One number for each frame of a block.
 pub(crate) type Lanes = [f32; LANES];
 
-/// Memory the quadrics may take. Beyond it, frames are drawn evenly by weight, so clips keep their share.
-const MAX_QUADRIC_BYTES: usize = 3 << 29;
 /// Weight of the plane that holds an open border, per squared edge length (a triangle's plane weighs its area).
 const BORDER_WEIGHT: f32 = 2.0;
 /// The same for a seam, from both sides.
@@ -46,13 +44,12 @@ impl Quadrics {
     /// `edge_kinds` as [`crate::classify::Classes`] gives them.
     pub fn build(mesh: &LodMesh<'_>, poses: &LodPoses<'_>, split: &SplitMesh, edge_kinds: &[[EdgeKind; 3]]) -> Self {
         let position_count = split.position_source.len();
-        let frames = choose_frames(poses.frame_weights, frame_limit(position_count));
-        let block_count = frames.len().div_ceil(LANES);
+        let block_count = poses.frame_weights.len().div_ceil(LANES);
         let mut frame_weights = vec![[0.0; LANES]; block_count];
-        for (i, &(_, weight)) in frames.iter().enumerate() {
+        for (i, &weight) in poses.frame_weights.iter().enumerate() {
             frame_weights[i / LANES][i % LANES] = weight;
         }
-        let posed = pose_in_lanes(mesh, poses, split, &frames, block_count);
+        let posed = pose_in_lanes(mesh, poses, split, block_count);
         let incident = incident_triangles(split);
         let mut planes = vec![[[0.0; LANES]; 9]; position_count * block_count];
         let mut areas = vec![0.0; position_count];
@@ -166,48 +163,13 @@ fn add_plane(block: &mut QuadricBlock, lane: usize, n: [f32; 3], weight: f32) {
     }
 }
 
-/// Frames that fit in memory.
-fn frame_limit(position_count: usize) -> usize {
-    let bytes_per_frame = position_count.max(1) * (9 + 3) * size_of::<f32>();
-    (MAX_QUADRIC_BYTES / bytes_per_frame).max(LANES)
-}
-
-/// At most `limit` frames with their weights: all of them, or an even draw along the summed weights.
-pub(crate) fn choose_frames(frame_weights: &[f32], limit: usize) -> Vec<(usize, f32)> {
-    if frame_weights.len() <= limit {
-        return frame_weights.iter().copied().enumerate().collect();
-    }
-    let total: f64 = frame_weights.iter().map(|&w| f64::from(w)).sum();
-    let mut chosen: Vec<(usize, f32)> = Vec::with_capacity(limit);
-    let mut frame = 0;
-    let mut passed = f64::from(frame_weights[0]);
-    for i in 0..limit {
-        let mark = (i as f64 + 0.5) / limit as f64 * total;
-        while passed < mark && frame + 1 < frame_weights.len() {
-            frame += 1;
-            passed += f64::from(frame_weights[frame]);
-        }
-        match chosen.last_mut() {
-            Some(last) if last.0 == frame => last.1 += 1.0 / limit as f32,
-            _ => chosen.push((frame, 1.0 / limit as f32)),
-        }
-    }
-    chosen
-}
-
-fn pose_in_lanes(
-    mesh: &LodMesh<'_>,
-    poses: &LodPoses<'_>,
-    split: &SplitMesh,
-    frames: &[(usize, f32)],
-    block_count: usize,
-) -> Vec<[Lanes; 3]> {
+fn pose_in_lanes(mesh: &LodMesh<'_>, poses: &LodPoses<'_>, split: &SplitMesh, block_count: usize) -> Vec<[Lanes; 3]> {
     // `[joint][block][row * 4 + column][lane]`; lanes past the last frame repeat it and weigh nothing.
     let mut matrices = vec![[[0.0_f32; LANES]; 12]; poses.joint_count * block_count];
     matrices.par_chunks_mut(block_count.max(1)).enumerate().for_each(|(joint, blocks)| {
         for (b, block) in blocks.iter_mut().enumerate() {
             for lane in 0..LANES {
-                let frame = frames[(b * LANES + lane).min(frames.len() - 1)].0;
+                let frame = (b * LANES + lane).min(poses.frame_weights.len() - 1);
                 let matrix = &poses.palettes[frame * poses.joint_count + joint];
                 for k in 0..12 {
                     block[k][lane] = matrix[k / 4][k % 4];
@@ -311,17 +273,6 @@ mod tests {
     use crate::classify::classify_wedges;
     use crate::split_seams::split_seams;
     use crate::test_meshes::{REST, TestPoses, uv_sphere};
-
-    #[test]
-    fn frames_are_drawn_by_weight() {
-        assert_eq!(choose_frames(&[0.5, 0.5], 4), [(0, 0.5), (1, 0.5)]);
-        // One long clip of four frames and a short one of one frame, equal weights.
-        let weights = [0.125, 0.125, 0.125, 0.125, 0.5];
-        assert_eq!(choose_frames(&weights, 2), [(1, 0.5), (4, 0.5)]);
-        assert_eq!(choose_frames(&weights, 4), [(0, 0.25), (2, 0.25), (4, 0.5)]);
-        let sum: f32 = choose_frames(&[1.0 / 999.0; 999], 100).iter().map(|c| c.1).sum();
-        assert!((sum - 1.0).abs() < 1.0e-4);
-    }
 
     /// The cost after two merges equals the mean over frames of area-weighted squared plane distances, summed by hand
     /// in f64 over all triangles of the merged positions.

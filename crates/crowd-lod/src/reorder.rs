@@ -2,7 +2,7 @@
 
 use crate::collapse::Steps;
 use crate::split_seams::SplitMesh;
-use crate::{CollapseOrder, Level, Obstacle, SeamReport, VertexClass};
+use crate::{CollapseOrder, FrameReport, Level, Obstacle, SeamReport, VertexClass};
 
 /// The order: what never collapses first, then the steps from the last to the first. What one step drops lies together,
 /// so companions are never parted by a level.
@@ -44,6 +44,7 @@ pub(crate) fn reorder_by_collapse(
             .iter()
             .map(|&v| steps.obstacles[split.position_of(v) as usize].unwrap_or(Obstacle::Fixed))
             .collect(),
+        frames: FrameReport::default(),
     }
 }
 

@@ -96,6 +96,18 @@ impl Default for AttributeWeights {
     }
 }
 
+/// Which frames the cost of a collapse is averaged over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum FrameChoice {
+    /// Frames that stand for all others, up to 64, checked on all afterwards (default).
+    #[default]
+    Auto,
+    /// Every frame. Memory grows with positions times frames.
+    All,
+    /// The bind pose alone, as tools do that know no clips: to see what the frames are worth.
+    Bind,
+}
+
 /// Knobs of [`crate::simplify`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct LodOptions {
@@ -103,6 +115,8 @@ pub struct LodOptions {
     pub criteria: Criteria,
     /// What the cost minds beside shape; [`Criteria::Peng2011`] minds shape alone.
     pub attribute_weights: AttributeWeights,
+    /// Which frames count.
+    pub frames: FrameChoice,
     /// How many levels are measured against full detail, spread evenly in log(triangles). 0 measures none.
     pub measured_levels: u32,
     /// Frames used for measuring, spread evenly over the poses.
@@ -116,6 +130,7 @@ impl Default for LodOptions {
         Self {
             criteria: Criteria::Wedge,
             attribute_weights: AttributeWeights::default(),
+            frames: FrameChoice::Auto,
             measured_levels: 16,
             measured_frames: 8,
             samples_per_frame: 1000,
@@ -192,6 +207,32 @@ pub struct CollapseOrder {
     pub blocked: Blocked,
     /// For each vertex of the coarsest level, what keeps its position there: of its edges, the one that came furthest.
     pub obstacles: Vec<Obstacle>,
+    /// Which frames counted.
+    pub frames: FrameReport,
+}
+
+/// Which frames the costs were averaged over, and whether they stood for all.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FrameReport {
+    /// Frames given.
+    pub given: u32,
+    /// Frames that counted; 0 for the bind pose alone.
+    pub used: u32,
+    /// Times the order was made anew with more frames because the check failed.
+    pub rerun_count: u32,
+    /// The last check; `None` where every frame counted, and for the bind pose.
+    pub check: Option<FrameCheck>,
+}
+
+/// How well chosen frames stand for all, measured on levels of a quarter and a twentieth of the triangles.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FrameCheck {
+    /// How far the RMS error over the chosen frames, by their weights, lies off that over all frames, as a share of it.
+    pub deviation: f32,
+    /// RMS error of the worst of all frames over that of the worst chosen one, 1 or more.
+    pub worst_ratio: f32,
+    /// Whether both lie within what is allowed: 3 % and 1.1.
+    pub holds: bool,
 }
 
 /// One level of the continuous order.

@@ -5,6 +5,11 @@ use crate::{Error, LodMesh, LodPoses, Result};
 /// Triangles or vertices a mesh may have: keeps corner counts and sort keys within 32 bits.
 pub(crate) const MAX_ELEMENT_COUNT: usize = 1 << 28;
 
+/// Bytes that the quadrics hold for a position in a frame.
+const FRAME_BYTES: usize = 48;
+/// Memory that all frames may take together. A hundred thousand triangles in 500 frames take 1.2 GB.
+const MAX_FRAME_MEMORY_BYTES: usize = 8 << 30;
+
 /// Checks lengths, indices and numbers of a mesh.
 pub(crate) fn validate_mesh(mesh: &LodMesh<'_>) -> Result<()> {
     let vertex_count = mesh.positions.len();
@@ -79,6 +84,16 @@ pub(crate) fn validate_poses(mesh: &LodMesh<'_>, poses: &LodPoses<'_>) -> Result
         }
     }
     Ok(())
+}
+
+/// Checks that positions times frames do not outgrow memory.
+pub(crate) fn validate_frame_memory(position_count: usize, frame_count: usize) -> Result<()> {
+    let bytes = (position_count * FRAME_BYTES).saturating_mul(frame_count);
+    if bytes <= MAX_FRAME_MEMORY_BYTES {
+        return Ok(());
+    }
+    let found = format!("{} MB for {position_count} positions in {frame_count} frames", bytes >> 20);
+    Err(parameter("memory of the frames that count".into(), found, format!("{} MB", MAX_FRAME_MEMORY_BYTES >> 20)))
 }
 
 fn same_length(what: &str, found: usize, expected: usize) -> Result<()> {
