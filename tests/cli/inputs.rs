@@ -75,7 +75,7 @@ fn a_wrong_manifest_is_refused_by_the_path_of_the_mistake() {
     done.says(&["crowd.toml: characters[1].clips: found string"]);
     bench.write("crowd.toml", good + "colour = 'red'\n");
     let done = bench.run(&["bake", "@crowd.toml", "-o", "@out.crowdpack"]).expect(1);
-    done.says(&["characters[0].colour: unknown key, allowed source, name, fps, criteria, clips"]);
+    done.says(&["characters[0].colour: unknown key, allowed source, name, fps, criteria, clips, frames, clip_weights"]);
     assert!(!bench.path("out.crowdpack").exists());
 }
 

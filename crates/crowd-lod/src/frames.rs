@@ -9,7 +9,8 @@
 use crate::align::align_to_rest;
 use crate::quadrics::pose_position;
 use crate::split_seams::SplitMesh;
-use crate::{FrameChoice, LodMesh, LodPoses, Mat3x4};
+use crate::validate::parameter;
+use crate::{FrameChoice, LodMesh, LodPoses, Mat3x4, Result};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -24,6 +25,9 @@ const COMPARED_POINTS: usize = 384;
 const LEAST_POINTS: usize = 64;
 /// Points times frames beyond which fewer points are compared.
 const COMPARED_PLACES: usize = 1 << 22;
+
+/// Most that a frame's weight may be multiplied by.
+const MOST_FACTOR: f32 = 1.0e6;
 
 const REST: Mat3x4 = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
 
@@ -67,6 +71,26 @@ pub(crate) struct Portraits {
     point_count: usize,
     /// Half the diagonal of the box around the points at rest, metres.
     size_m: f32,
+}
+
+/// Frame weights times factors, summing to 1 again; the weights themselves where `factors` is empty.
+pub(crate) fn multiply_weights<'a>(frame_weights: &'a [f32], factors: &[f32]) -> Result<Cow<'a, [f32]>> {
+    if factors.is_empty() {
+        return Ok(Cow::Borrowed(frame_weights));
+    }
+    if factors.len() != frame_weights.len() {
+        let (found, allowed) = (factors.len().to_string(), format!("0 or {}", frame_weights.len()));
+        return Err(parameter("length of frame_factors".into(), found, allowed));
+    }
+    if let Some(i) = factors.iter().position(|f| !(0.0..=MOST_FACTOR).contains(f)) {
+        return Err(parameter(format!("frame_factors[{i}]"), factors[i].to_string(), format!("0..={MOST_FACTOR}")));
+    }
+    let products = || frame_weights.iter().zip(factors).map(|(&weight, &factor)| f64::from(weight) * f64::from(factor));
+    let sum: f64 = products().sum();
+    if sum <= 0.0 {
+        return Err(parameter("frame_factors times frame_weights".into(), "all 0".into(), "one above 0".into()));
+    }
+    Ok(products().map(|product| (product / sum) as f32).collect())
 }
 
 /// Chooses frames as `choice` says. [`FrameChoice::Auto`] with few frames takes them all.

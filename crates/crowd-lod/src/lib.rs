@@ -63,6 +63,9 @@ pub fn simplify(
 ) -> Result<CollapseOrder> {
     validate::validate_mesh(mesh)?;
     validate::validate_poses(mesh, poses)?;
+    let weights = frames::multiply_weights(poses.frame_weights, &options.frame_factors)?;
+    let all_poses = poses;
+    let poses = &LodPoses { frame_weights: &weights, ..*poses };
     let split = split_seams::split_seams(mesh);
     let classes = classify::classify_wedges(&split);
     let (mut chosen, portraits) = frames::choose_frames(mesh, poses, &split, options.frames);
@@ -83,7 +86,7 @@ pub fn simplify(
     };
     report.used = chosen.frames.len() as u32;
     order.frames = report;
-    order.measured = measure::measure_levels(mesh, poses, &order, options);
+    order.measured = measure::measure_levels(mesh, all_poses, &order, options);
     Ok(order)
 }
 

@@ -117,6 +117,9 @@ pub struct LodOptions {
     pub attribute_weights: AttributeWeights,
     /// Which frames count.
     pub frames: FrameChoice,
+    /// Factors on the weights of the frames in the costs, one a frame, 0 or more, not all 0; empty for none. Measuring
+    /// leaves them out, so that figures of bakes with and without can be compared.
+    pub frame_factors: Vec<f32>,
     /// How many levels are measured against full detail, spread evenly in log(triangles). 0 measures none.
     pub measured_levels: u32,
     /// Frames used for measuring, spread evenly over the poses.
@@ -131,6 +134,7 @@ impl Default for LodOptions {
             criteria: Criteria::Wedge,
             attribute_weights: AttributeWeights::default(),
             frames: FrameChoice::Auto,
+            frame_factors: Vec::new(),
             measured_levels: 16,
             measured_frames: 8,
             samples_per_frame: 1000,

@@ -117,6 +117,6 @@ fn all_finite(what: &str, numbers: &[f32], width: usize) -> Result<()> {
     }
 }
 
-fn parameter(what: String, found: String, allowed: String) -> Error {
+pub(crate) fn parameter(what: String, found: String, allowed: String) -> Error {
     Error::Parameter { what, found, allowed }
 }

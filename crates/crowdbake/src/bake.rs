@@ -6,7 +6,7 @@ use crate::pose::{Mat3x4, pose_positions};
 use crate::talk::Talk;
 use crate::views::{self, QuantizedMesh};
 use crowd_anim::{Bounds, SampledClip};
-use crowd_lod::{CollapseOrder, Criteria, LodMesh, LodOptions, LodPoses};
+use crowd_lod::{CollapseOrder, Criteria, FrameReport, LodMesh, LodOptions, LodPoses};
 use crowd_pack::{AnimationLayout, PackContents};
 use crowd_source::{Limits, RawCharacter, RawClip, Warning};
 use rayon::prelude::*;
@@ -126,7 +126,10 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     let mesh = views::quantize(&raw.mesh);
     clock.lap(Step::Quantize);
 
-    let lod_options = LodOptions { criteria: entry.criteria, ..LodOptions::default() };
+    let frame_factors =
+        frame_factors(&clips, &entry.clip_weights).map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
+    let lod_options =
+        LodOptions { criteria: entry.criteria, frames: entry.frames, frame_factors, ..LodOptions::default() };
     let order = simplify(&raw, &mesh, &clips, &lod_options, watch)
         .map_err(|error| BakeError::of(Step::Simplify, name, error))?;
     if order.triangles.is_empty() {
@@ -169,20 +172,8 @@ pub fn warning_sentence(warning: &Warning) -> String {
 fn select_clips(clips: Vec<RawClip>, patterns: &[String]) -> Result<Vec<RawClip>, Cause> {
     let mut kept = vec![false; clips.len()];
     for asked in patterns {
-        let pattern = glob::Pattern::new(asked).ok();
-        let matches = |name: &str| name == asked || pattern.as_ref().is_some_and(|pattern| pattern.matches(name));
-        let mut any = false;
-        for (clip, kept) in clips.iter().zip(&mut kept) {
-            if matches(&clip.name) {
-                *kept = true;
-                any = true;
-            }
-        }
-        if !any {
-            let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
-            let found = if names.is_empty() { "no clips at all".to_owned() } else { names.join(", ") };
-            return Err(Cause::ClipNotFound { asked: asked.clone(), found });
-        }
+        let names = clips.iter().map(|clip| clip.name.as_str());
+        matching_clips(names, asked)?.into_iter().for_each(|index| kept[index] = true);
     }
     Ok(clips.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(clip, _)| clip).collect())
 }
@@ -211,6 +202,35 @@ fn sample_clips(raw: &RawCharacter, fps: f32) -> Result<(Vec<SampledClip>, Vec<M
         .map(|clip| crowd_anim::sample_clip(&skeleton, &joints, &views::clip_view(clip), fps))
         .collect();
     Ok((sampled?, rest_palette))
+}
+
+/// For each frame of all clips, how much its clip counts; empty where all count alike.
+fn frame_factors(clips: &[SampledClip], clip_weights: &[(String, f32)]) -> Result<Vec<f32>, Cause> {
+    if clip_weights.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut factors = vec![1.0_f32; clips.len()];
+    for (asked, weight) in clip_weights {
+        let names = clips.iter().map(|clip| clip.name.as_str());
+        for index in matching_clips(names, asked)? {
+            factors[index] *= weight;
+        }
+    }
+    let frames = clips.iter().zip(&factors);
+    Ok(frames.flat_map(|(clip, &factor)| std::iter::repeat_n(factor, clip.frame_count as usize)).collect())
+}
+
+/// Indices of the clips whose name equals `asked` or matches it; at least one.
+fn matching_clips<'a>(names: impl Iterator<Item = &'a str> + Clone, asked: &str) -> Result<Vec<usize>, Cause> {
+    let pattern = glob::Pattern::new(asked).ok();
+    let matches = |name: &str| name == asked || pattern.as_ref().is_some_and(|pattern| pattern.matches(name));
+    let found: Vec<usize> = names.clone().enumerate().filter(|(_, name)| matches(name)).map(|(i, _)| i).collect();
+    if !found.is_empty() {
+        return Ok(found);
+    }
+    let names: Vec<&str> = names.collect();
+    let found = if names.is_empty() { "no clips at all".to_owned() } else { names.join(", ") };
+    Err(Cause::ClipNotFound { asked: asked.to_owned(), found })
 }
 
 fn simplify(
@@ -261,6 +281,24 @@ fn warn_of_high_floor(order: &CollapseOrder) -> Option<Warning> {
     })
 }
 
+/// What the check of the chosen frames found, in words; `None` where there was nothing to check.
+fn check_sentence(frames: &FrameReport) -> Option<String> {
+    let check = frames.check?;
+    Some(format!(
+        "{} of {} frames stand for all: their mean error lies {:.1} % off that of all frames, the worst frame of all has \
+         {:.2} times the error of their worst{}{}",
+        frames.used,
+        frames.given,
+        100.0 * check.deviation,
+        check.worst_ratio,
+        match frames.rerun_count {
+            0 => String::new(),
+            count => format!("; frames added {count} time(s)"),
+        },
+        if check.holds { "" } else { "; more than the 3 % or 1.1 allowed, `--frames all` is exact" },
+    ))
+}
+
 /// What keeps the coarsest level from going further, in words.
 pub fn blocked_sentence(fixed: u32, seam: u32, topology: u32, flip: u32) -> String {
     format!(
@@ -296,6 +334,9 @@ fn say_baked(talk: &Talk<'_>, baked: &BakedCharacter, seconds: f64) {
         coarsest.vertex_count,
         baked.clips.len(),
     ));
+    if let Some(sentence) = check_sentence(&baked.order.frames) {
+        talk.note(format_args!("  {sentence}"));
+    }
     for warning in &baked.warnings {
         talk.warn(format_args!("{}: {}", baked.name, warning_sentence(warning)));
     }

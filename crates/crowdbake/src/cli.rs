@@ -7,6 +7,9 @@ use std::path::PathBuf;
 /// Frames a second at which clips are sampled unless told otherwise.
 pub const DEFAULT_FPS: f32 = 30.0;
 
+/// Most that a clip may count.
+pub const MOST_CLIP_WEIGHT: f32 = 1000.0;
+
 /// Bakes rigged, textured characters into packs with a continuous level of detail.
 #[derive(Debug, Parser)]
 #[command(name = "crowdbake", version, max_term_width = 110, after_help = EXAMPLES, propagate_version = true)]
@@ -79,7 +82,8 @@ Inputs:
       [[characters]]
       source = \"knight.glb\"
       name = \"knight\"               # default: the file's stem
-      clips = [\"Idle\", \"Walk*\"]     # default: all; also fps, criteria
+      clips = [\"Idle\", \"Walk*\"]     # default: all; also fps, criteria, frames
+      clip_weights = { Walk = 2.0 }  # default: all count alike
   The command line wins over a [[characters]] entry, and that over [defaults].
 
 Examples:
@@ -122,6 +126,23 @@ pub struct BakeOptions {
     /// Clips to keep: names or patterns, separated by commas [default: all].
     #[arg(long, value_delimiter = ',', value_name = "CLIP,...")]
     pub clips: Option<Vec<String>>,
+    /// Frames that the error is averaged over [default: auto].
+    #[arg(long, value_enum, value_name = "WHICH")]
+    pub frames: Option<FramesWord>,
+    /// Let a clip (name or pattern) count W times as much as the others, 0 to 1000; may be repeated [default: all count alike].
+    #[arg(long, value_parser = parse_clip_weight, value_name = "CLIP=W")]
+    pub clip_weight: Vec<(String, f32)>,
+}
+
+/// Which frames count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FramesWord {
+    /// Up to 64 that stand for all others, checked on all afterwards.
+    Auto,
+    /// All of them: slower, and memory grows with vertices times frames.
+    All,
+    /// The bind pose alone, as tools do that know no clips.
+    Bind,
 }
 
 /// Peng's criteria or ours.
@@ -348,6 +369,16 @@ fn parse_between(text: &str, most: f32) -> Result<f32, String> {
     }
 }
 
+/// `CLIP=W`; the name may hold `=` itself.
+fn parse_clip_weight(text: &str) -> Result<(String, f32), String> {
+    let (clip, weight) = text.rsplit_once('=').ok_or_else(|| format!("found {text}, allowed CLIP=W, as in Walk=2"))?;
+    let weight: f32 = weight.trim().parse().map_err(|_| format!("found {weight}, allowed a number from 0 to 1000"))?;
+    if clip.is_empty() || !(0.0..=MOST_CLIP_WEIGHT).contains(&weight) {
+        return Err(format!("found {text}, allowed a clip and a number from 0 to 1000"));
+    }
+    Ok((clip.to_owned(), weight))
+}
+
 fn parse_fps(text: &str) -> Result<f32, String> {
     let fps: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
     if (1.0..=240.0).contains(&fps) { Ok(fps) } else { Err(format!("found {fps}, allowed 1 to 240")) }
@@ -385,6 +416,10 @@ mod tests {
         assert_eq!(parse_size("64x32"), Ok([64, 32]));
         assert!(parse_size("64").is_err() && parse_size("1x99999").is_err());
         assert!(parse_fps("0").is_err() && parse_fps("NaN").is_err());
+        assert_eq!(parse_clip_weight("a=b=0.5"), Ok(("a=b".to_owned(), 0.5)));
+        assert!(
+            ["Walk", "=1", "Walk=", "Walk=-1", "Walk=nan", "Walk=1001"].iter().all(|t| parse_clip_weight(t).is_err())
+        );
         assert_eq!(parse_turn("-360"), Ok(-360.0));
         assert_eq!(parse_turn("361").unwrap_err(), "found 361, allowed -360 to 360");
         assert!(parse_turn("NaN").is_err() && parse_time("inf").is_err() && parse_time("1e30").is_err());

@@ -1,7 +1,8 @@
 //! Reads and writes `crowd.toml`. Every complaint names its path, as in `characters[1].clips`.
 
-use crate::plan::{Plan, criteria_name};
-use crowd_lod::Criteria;
+use crate::cli::MOST_CLIP_WEIGHT;
+use crate::plan::{Plan, criteria_name, frames_name};
+use crowd_lod::{Criteria, FrameChoice};
 use crowd_pack::AnimationLayout;
 use std::path::PathBuf;
 use toml::{Table, Value};
@@ -17,6 +18,10 @@ pub struct Settings {
     pub criteria: Option<Criteria>,
     /// Clips to keep.
     pub clips: Option<Vec<String>>,
+    /// Which frames count.
+    pub frames: Option<FrameChoice>,
+    /// How much clips count.
+    pub clip_weights: Option<Vec<(String, f32)>>,
 }
 
 /// A manifest.
@@ -41,6 +46,9 @@ fn wrong<T>(key: impl Into<String>, problem: impl Into<String>) -> Result<T, Wro
     Err(Wrong { key: key.into(), problem: problem.into() })
 }
 
+/// Keys that `[defaults]` and `[[characters]]` share.
+const SETTINGS: [&str; 5] = ["fps", "criteria", "clips", "frames", "clip_weights"];
+
 /// Reads a manifest's text.
 pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
     let table: Table = text.parse().or_else(|error: toml::de::Error| {
@@ -52,7 +60,7 @@ pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
         None => Settings::default(),
         Some(value) => {
             let defaults = expect_table(value, "defaults")?;
-            expect_keys(defaults, "defaults.", &["fps", "criteria", "clips"])?;
+            expect_keys(defaults, "defaults.", &SETTINGS)?;
             read_settings(defaults, "defaults")?
         }
     };
@@ -66,7 +74,7 @@ pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
     for (index, value) in characters.iter().enumerate() {
         let key = format!("characters[{index}]");
         let character = expect_table(value, &key)?;
-        expect_keys(character, &format!("{key}."), &["source", "name", "fps", "criteria", "clips"])?;
+        expect_keys(character, &format!("{key}."), &[&["source", "name"], &SETTINGS[..]].concat())?;
         let Some(source) = read_text(character, &key, "source")? else {
             return wrong(format!("{key}.source"), "missing, the path of a .glb, .gltf or .obj file is needed");
         };
@@ -82,6 +90,8 @@ pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
             fps: settings.fps.or(defaults.fps),
             criteria: settings.criteria.or(defaults.criteria),
             clips: settings.clips.or_else(|| defaults.clips.clone()),
+            frames: settings.frames.or(defaults.frames),
+            clip_weights: settings.clip_weights.or_else(|| defaults.clip_weights.clone()),
         };
         read.characters.push((PathBuf::from(source), settings));
     }
@@ -119,7 +129,33 @@ fn read_settings(table: &Table, key: &str) -> Result<Settings, Wrong> {
         Some(Value::Float(fps)) if (1.0..=240.0).contains(fps) => Some(*fps as f32),
         Some(other) => return wrong(format!("{key}.fps"), format!("found {other}, allowed a number from 1 to 240")),
     };
-    Ok(Settings { name: read_text(table, key, "name")?, fps, criteria, clips: read_clips(table, key)? })
+    let frames = match read_text(table, key, "frames")?.as_deref() {
+        None => None,
+        Some("auto") => Some(FrameChoice::Auto),
+        Some("all") => Some(FrameChoice::All),
+        Some("bind") => Some(FrameChoice::Bind),
+        Some(other) => {
+            return wrong(format!("{key}.frames"), format!("found \"{other}\", allowed \"auto\", \"all\" or \"bind\""));
+        }
+    };
+    let (name, clips) = (read_text(table, key, "name")?, read_clips(table, key)?);
+    Ok(Settings { name, fps, criteria, clips, frames, clip_weights: read_clip_weights(table, key)? })
+}
+
+fn read_clip_weights(table: &Table, key: &str) -> Result<Option<Vec<(String, f32)>>, Wrong> {
+    let Some(value) = table.get("clip_weights") else { return Ok(None) };
+    let key = format!("{key}.clip_weights");
+    let mut weights = Vec::new();
+    for (clip, value) in expect_table(value, &key)? {
+        let weight = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+        match weight {
+            Some(weight) if (0.0..=f64::from(MOST_CLIP_WEIGHT)).contains(&weight) => {
+                weights.push((clip.clone(), weight as f32));
+            }
+            _ => return wrong(format!("{key}.{clip}"), format!("found {value}, allowed a number from 0 to 1000")),
+        }
+    }
+    Ok(Some(weights))
 }
 
 fn read_clips(table: &Table, key: &str) -> Result<Option<Vec<String>>, Wrong> {
@@ -176,10 +212,12 @@ pub fn write(plan: &Plan) -> String {
     };
     let mut out = format!(
         "# Paths are relative to this file.\n\n[pack]\nanimation_layout = {}  # 3x4 or 4x4\n\n[defaults]\nfps = {:?}\n\
-         criteria = {}  # wedge or peng2011\n# clips = [\"Idle\", \"Walk*\"]  # default: all\n",
+         criteria = {}  # wedge or peng2011\n# clips = [\"Idle\", \"Walk*\"]  # default: all\n\
+         frames = {}  # auto, all or bind\n# clip_weights = {{ Walk = 2.0 }}  # default: all count alike\n",
         text(layout),
         crate::cli::DEFAULT_FPS,
         text(criteria_name(Criteria::default())),
+        text(frames_name(FrameChoice::default())),
     );
     for entry in &plan.entries {
         let source = entry.path.to_string_lossy();
@@ -193,6 +231,13 @@ pub fn write(plan: &Plan) -> String {
         if let Some(clips) = &entry.clips {
             let clips: Vec<String> = clips.iter().map(|clip| text(clip)).collect();
             out.push_str(&format!("clips = [{}]\n", clips.join(", ")));
+        }
+        if entry.frames != FrameChoice::default() {
+            out.push_str(&format!("frames = {}\n", text(frames_name(entry.frames))));
+        }
+        if !entry.clip_weights.is_empty() {
+            let weights = entry.clip_weights.iter().map(|(clip, weight)| format!("{} = {weight:?}", text(clip)));
+            out.push_str(&format!("clip_weights = {{ {} }}\n", weights.collect::<Vec<_>>().join(", ")));
         }
     }
     if plan.entries.is_empty() {
@@ -217,6 +262,8 @@ mod tests {
             ("[defaults]\nfps = 0", "defaults.fps"),
             ("characters = 3", "characters"),
             ("", "characters"),
+            (&format!("{character}frames = 'some'"), "characters[0].frames"),
+            (&format!("{character}clip_weights = {{ Walk = -1 }}"), "characters[0].clip_weights.Walk"),
             ("[[characters]]\nname = 'x'", "characters[0].source"),
             (&format!("{character}{character}clips = 'Walk'"), "characters[1].clips"),
             (&format!("{character}{character}clips = ['a', 3]"), "characters[1].clips[1]"),
@@ -239,6 +286,8 @@ mod tests {
             fps: 12.5,
             criteria: Criteria::Peng2011,
             clips: Some(vec!["Walk*".to_owned()]),
+            frames: FrameChoice::Bind,
+            clip_weights: vec![("Run \"fast\"".to_owned(), 0.25), ("Walk".to_owned(), 3.0)],
             ..PlanEntry::of_file(std::path::Path::new("b.obj"))
         });
         let back = read(&write(&plan)).unwrap();
@@ -248,5 +297,7 @@ mod tests {
         let second = &back.characters[1].1;
         assert_eq!((second.fps, second.criteria), (Some(12.5), Some(Criteria::Peng2011)));
         assert_eq!(second.clips, plan.entries[1].clips);
+        assert_eq!(second.frames, Some(FrameChoice::Bind));
+        assert_eq!(second.clip_weights.as_deref(), Some(&plan.entries[1].clip_weights[..]));
     }
 }

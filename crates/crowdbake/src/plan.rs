@@ -1,9 +1,9 @@
 //! The meanings: which characters a command line names, and how each is to be baked.
 
-use crate::cli::{BakeOptions, CriteriaWord, DEFAULT_FPS, LayoutWord};
+use crate::cli::{BakeOptions, CriteriaWord, DEFAULT_FPS, FramesWord, LayoutWord};
 use crate::crowd_toml::{self, Settings};
 use crate::error::{BakeError, Cause, Step};
-use crowd_lod::Criteria;
+use crowd_lod::{Criteria, FrameChoice};
 use crowd_pack::AnimationLayout;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -39,6 +39,10 @@ pub struct PlanEntry {
     pub criteria: Criteria,
     /// Names or patterns of the clips to keep; `None` for all.
     pub clips: Option<Vec<String>>,
+    /// Which frames count.
+    pub frames: FrameChoice,
+    /// Names or patterns of clips and how much each counts; where several match, their product.
+    pub clip_weights: Vec<(String, f32)>,
 }
 
 impl PlanEntry {
@@ -131,6 +135,15 @@ pub fn criteria_name(criteria: Criteria) -> &'static str {
     match criteria {
         Criteria::Wedge => "wedge",
         Criteria::Peng2011 => "peng2011",
+    }
+}
+
+/// The name of a choice of frames in manifests and reports.
+pub fn frames_name(frames: FrameChoice) -> &'static str {
+    match frames {
+        FrameChoice::Auto => "auto",
+        FrameChoice::All => "all",
+        FrameChoice::Bind => "bind",
     }
 }
 
@@ -235,11 +248,19 @@ fn entry_of(found: Found, options: &BakeOptions) -> PlanEntry {
         CriteriaWord::Wedge => Criteria::Wedge,
         CriteriaWord::Peng2011 => Criteria::Peng2011,
     });
+    let frames = options.frames.map(|word| match word {
+        FramesWord::Auto => FrameChoice::Auto,
+        FramesWord::All => FrameChoice::All,
+        FramesWord::Bind => FrameChoice::Bind,
+    });
+    let clip_weights = (!options.clip_weight.is_empty()).then(|| options.clip_weight.clone());
     PlanEntry {
         name: found.settings.name.or(stem).unwrap_or_else(|| "character".to_owned()),
         fps: options.fps.or(found.settings.fps).unwrap_or(DEFAULT_FPS),
         criteria: criteria.or(found.settings.criteria).unwrap_or_default(),
         clips: options.clips.clone().or(found.settings.clips),
+        frames: frames.or(found.settings.frames).unwrap_or_default(),
+        clip_weights: clip_weights.or(found.settings.clip_weights).unwrap_or_default(),
         path: found.path,
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::bake::{BakedCharacter, StepTime};
 use crate::error::BakeError;
-use crate::plan::{Plan, PlanEntry, criteria_name};
+use crate::plan::{Plan, PlanEntry, criteria_name, frames_name};
 use serde::Serialize;
 
 /// Version of every JSON document this program prints; a change that could break a reader raises it.
@@ -76,6 +76,8 @@ pub struct CharacterReport {
     pub full_detail: Option<Counts>,
     /// Joints, clips, frames.
     pub animation: Option<AnimationCounts>,
+    /// Which frames counted, and how well they stood for all.
+    pub frames: FramesReport,
     /// Levels that were measured, coarsest first.
     pub measured: Vec<MeasuredReport>,
     /// Import and bake warnings.
@@ -100,6 +102,23 @@ pub struct AnimationCounts {
     pub clips: u32,
     /// Frames over all clips.
     pub frames: u32,
+}
+
+/// Which frames the error was averaged over.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FramesReport {
+    /// `auto`, `all` or `bind`.
+    pub choice: &'static str,
+    /// Frames that counted; 0 for the bind pose alone.
+    pub used: u32,
+    /// Times frames were added because the check failed.
+    pub reruns: u32,
+    /// How far the mean error over these frames lies off that over all, as a share; null where all counted.
+    pub deviation: Option<f32>,
+    /// Error of the worst of all frames over that of the worst of these; null where all counted.
+    pub worst_ratio: Option<f32>,
+    /// Whether both lie within what is allowed; null where all counted.
+    pub holds: Option<bool>,
 }
 
 /// A measured level.
@@ -143,6 +162,14 @@ impl CharacterReport {
             after: None,
             full_detail: None,
             animation: None,
+            frames: FramesReport {
+                choice: frames_name(entry.frames),
+                used: 0,
+                reruns: 0,
+                deviation: None,
+                worst_ratio: None,
+                holds: None,
+            },
             measured: Vec::new(),
             warnings: Vec::new(),
         };
@@ -171,6 +198,14 @@ impl CharacterReport {
             clips: baked.clips.len() as u32,
             frames: baked.clips.iter().map(|clip| clip.frame_count).sum(),
         });
+        self.frames = FramesReport {
+            choice: self.frames.choice,
+            used: order.frames.used,
+            reruns: order.frames.rerun_count,
+            deviation: order.frames.check.map(|check| check.deviation),
+            worst_ratio: order.frames.check.map(|check| check.worst_ratio),
+            holds: order.frames.check.map(|check| check.holds),
+        };
         let measured = order.measured.iter().map(|level| MeasuredReport {
             vertices: level.vertex_count,
             triangles: level.triangle_count,
