@@ -16,6 +16,14 @@ struct Node {
     second: u32,
 }
 
+/// Groups of triangles, as [`ClosestTriangles::group_by`] notes them.
+#[derive(Debug)]
+pub(crate) struct NodeGroups {
+    of_triangle: Vec<u32>,
+    /// The group that all triangles below a node are of, or `u32::MAX`.
+    of_node: Vec<u32>,
+}
+
 /// A box tree over the triangles of a mesh.
 #[derive(Debug, Clone)]
 pub(crate) struct ClosestTriangles {
@@ -170,6 +178,56 @@ impl ClosestTriangles {
             stack[depth + 1] = at + 1;
             depth += 2;
         }
+    }
+
+    /// Notes which nodes hold triangles of one group alone. `of_triangle`: each triangle's group, below `u32::MAX`.
+    pub fn group_by(&self, of_triangle: Vec<u32>) -> NodeGroups {
+        let groups = &of_triangle;
+        let of = |node: &Node| {
+            let first = groups[self.order[node.start as usize] as usize];
+            let below = &self.order[node.start as usize..node.end as usize];
+            if below.iter().all(|&t| groups[t as usize] == first) { first } else { u32::MAX }
+        };
+        let of_node = self.nodes.iter().map(of).collect();
+        NodeGroups { of_triangle, of_node }
+    }
+
+    /// Squared distance to the closest triangle of another group than `own`, and which one.
+    pub fn closest_of_others(
+        &self,
+        point: [f32; 3],
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        groups: &NodeGroups,
+        own: u32,
+    ) -> Option<(f32, u32)> {
+        let mut best: Option<(f32, u32)> = None;
+        let mut stack = vec![0_u32];
+        while let Some(at) = stack.pop() {
+            let reach = best.map_or(f32::INFINITY, |b| b.0);
+            if groups.of_node[at as usize] == own || self.box_distance(at, point) >= reach {
+                continue;
+            }
+            let node = &self.nodes[at as usize];
+            if node.second == 0 {
+                for &t in &self.order[node.start as usize..node.end as usize] {
+                    if groups.of_triangle[t as usize] != own {
+                        let corners = triangles[t as usize].map(|v| positions[v as usize]);
+                        let distance = triangle_distance_squared(point, corners);
+                        if best.is_none_or(|b| distance < b.0) {
+                            best = Some((distance, t));
+                        }
+                    }
+                }
+                continue;
+            }
+            let (a, b) = (at + 1, node.second);
+            let near_first = self.box_distance(a, point) <= self.box_distance(b, point);
+            let (near, far) = if near_first { (a, b) } else { (b, a) };
+            stack.push(far);
+            stack.push(near);
+        }
+        best
     }
 
     fn box_distance(&self, node: u32, point: [f32; 3]) -> f32 {

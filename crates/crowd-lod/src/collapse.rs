@@ -4,11 +4,13 @@
 //! entry whose target has grown since is a lower bound: it is evaluated again when it comes to the front. The order is thus
 //! exactly the greedy one; ties fall to the lower position, then to the lower target.
 
+use crate::attributes::Attributes;
 use crate::criteria::{MAX_MOVED_VALENCE, Rules};
+use crate::find_images::{Image, ImageFinder, Moved, SEARCHED_TRIANGLES};
 use crate::quadrics::Quadrics;
-use crate::split_seams::{SplitMesh, cos_between};
+use crate::split_seams::SplitMesh;
 use crate::topology::{Spoke, Topology};
-use crate::{Blocked, Obstacle};
+use crate::{Blocked, Criteria, Obstacle};
 use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -16,8 +18,8 @@ use std::collections::BinaryHeap;
 /// Share of the squared edge length added to the mean squared distance when ranking: where the surface is flat, short
 /// edges go first and triangles stay even. Too small to matter anywhere else.
 const LENGTH_SHARE: f32 = 1.0e-5;
-/// Triangles at a hub that are searched for a variant to stand in; there is always one at hand to fall back on.
-const SEARCHED_TRIANGLES: usize = 256;
+/// How much dearer a queued collapse may be when its turn comes, without another look around.
+const STILL_SAME: f32 = 1.000_01;
 /// Collapses between two calls of `progress`.
 const PROGRESS_STEPS: usize = 512;
 
@@ -50,30 +52,38 @@ struct Choice {
     target: u32,
 }
 
+/// What is collapsed, and what each collapse costs.
+pub(crate) struct Surface<'a> {
+    /// Variants; grows by stand-ins.
+    pub split: &'a mut SplitMesh,
+    /// Unit normal of each variant; grows with them.
+    pub normals: &'a mut Vec<[f32; 3]>,
+    pub topology: &'a mut Topology,
+    pub quadrics: &'a mut Quadrics,
+    pub attributes: &'a mut Attributes,
+    /// For each position, squared distance to what lies behind its part, m²; see `behind`.
+    pub behind: &'a [f32],
+}
+
 /// Performs all allowed collapses.
 ///
-/// `normals`: of each variant; a variant whose wedge moves goes to the neighbour across a removed triangle, or else
-/// to the variant with the closest normal.
-pub(crate) fn collapse_edges(
-    split: &SplitMesh,
-    normals: &[[f32; 3]],
-    topology: &mut Topology,
-    quadrics: &mut Quadrics,
-    rules: &Rules,
-    progress: &(dyn Fn(f32) + Sync),
-) -> Steps {
-    let position_count = split.position_source.len();
-    let mut references = vec![0_u32; split.variant_wedge.len()];
-    for &v in split.triangles.as_flattened() {
+/// A variant whose wedge moves goes to the neighbour across a removed triangle, or else where `find_images` says.
+pub(crate) fn collapse_edges(surface: Surface<'_>, rules: &Rules, progress: &(dyn Fn(f32) + Sync)) -> Steps {
+    let position_count = surface.split.position_source.len();
+    let mut references = vec![0_u32; surface.split.variant_wedge.len()];
+    let mut variants_at = vec![Vec::new(); position_count];
+    for v in 0..references.len() as u32 {
+        variants_at[surface.split.position_of(v) as usize].push(v);
+    }
+    for &v in surface.split.triangles.as_flattened() {
         references[v as usize] += 1;
     }
+    let lost = (0..position_count).map(|p| surface.behind[p] * surface.quadrics.area(p as u32)).collect();
     let mut run = Run {
-        split,
-        normals,
-        topology,
-        quadrics,
+        surface,
         rules,
         references,
+        lost,
         known_costs: vec![Vec::new(); position_count],
         stamps: vec![0; position_count],
         grown: vec![0; position_count],
@@ -97,13 +107,12 @@ pub(crate) fn collapse_edges(
 }
 
 struct Run<'a> {
-    split: &'a SplitMesh,
-    normals: &'a [[f32; 3]],
-    topology: &'a mut Topology,
-    quadrics: &'a mut Quadrics,
+    surface: Surface<'a>,
     rules: &'a Rules,
     /// Corners of living triangles that use each variant.
     references: Vec<u32>,
+    /// For each position, what it would cost if all that it stands for vanished: area times squared distance to what lies behind.
+    lost: Vec<f32>,
     /// For each position, move costs already computed since its quadric last grew.
     known_costs: Vec<Vec<(u32, f32)>>,
     /// For each position, the number of its current queue entry.
@@ -114,13 +123,21 @@ struct Run<'a> {
     steps: Steps,
 }
 
+/// Room to work in, kept between evaluations.
+#[derive(Default)]
+struct Scratch {
+    spokes: Vec<Spoke>,
+    on_edge: Vec<u32>,
+    moved: Vec<Moved>,
+}
+
 impl Run<'_> {
     fn fill_queue(&mut self) {
         let found: Vec<(Option<Choice>, Vec<(u32, f32)>)> = (0..self.stamps.len() as u32)
             .into_par_iter()
-            .map_init(Vec::new, |spokes, p| {
+            .map_init(Scratch::default, |scratch, p| {
                 let mut known = self.known_costs[p as usize].clone();
-                (self.choose(p, &mut known, spokes), known)
+                (self.choose(p, &mut known, scratch), known)
             })
             .collect();
         self.queue.clear();
@@ -131,36 +148,47 @@ impl Run<'_> {
     }
 
     fn drain_queue(&mut self, progress: &(dyn Fn(f32) + Sync)) {
-        let mut spokes = Vec::new();
+        let mut scratch = Scratch::default();
         let mut ring = Vec::new();
-        while let Some(Reverse((_, u, t, stamp, grown))) = self.queue.pop() {
+        while let Some(Reverse((rank, u, t, stamp, grown))) = self.queue.pop() {
             if stamp != self.stamps[u as usize] {
                 continue;
             }
-            self.topology.spokes(u, &mut spokes);
-            let edge = spokes.iter().find(|s| s.to == t).copied();
             let fresh = grown == self.grown[t as usize];
-            match edge {
-                Some(edge) if fresh && self.rules.check(self.topology, u, &spokes, &edge).is_ok() => {
-                    self.collapse(u, &edge);
-                    ring.clear();
-                    ring.extend(spokes.iter().map(|s| s.to));
-                    for &p in &ring {
-                        self.evaluate(p, &mut spokes);
-                    }
-                    if self.steps.costs.len().is_multiple_of(PROGRESS_STEPS) {
-                        progress(self.steps.costs.len() as f32 / self.stamps.len() as f32);
-                    }
+            if fresh && self.still_costs(u, t, f32::from_bits(rank), &mut scratch) {
+                ring.clear();
+                ring.extend(scratch.spokes.iter().map(|s| s.to));
+                self.collapse(u, t, &scratch.on_edge, &scratch.moved);
+                for &p in &ring {
+                    self.evaluate(p, &mut scratch);
                 }
-                _ => self.evaluate(u, &mut spokes),
+                if self.steps.costs.len().is_multiple_of(PROGRESS_STEPS) {
+                    progress(self.steps.costs.len() as f32 / self.stamps.len() as f32);
+                }
+            } else {
+                self.evaluate(u, &mut scratch);
             }
         }
     }
 
+    /// Whether a collapse is still there and allowed, and no dearer than when it was queued. Leaves the spokes of `u`, the triangles on the
+    /// edge and the images in `scratch`.
+    fn still_costs(&self, u: u32, t: u32, rank: f32, scratch: &mut Scratch) -> bool {
+        let Scratch { spokes, on_edge, moved } = scratch;
+        self.surface.topology.spokes(u, spokes);
+        let Some(edge) = spokes.iter().find(|s| s.to == t) else { return false };
+        let Some(&(_, move_cost)) = self.known_costs[u as usize].iter().find(|k| k.0 == t) else { return false };
+        let now = self.rank(u, t, move_cost, on_edge, moved);
+        match self.allow(u, spokes, edge, on_edge, moved) {
+            Ok(extra) => now + extra <= rank * STILL_SAME,
+            Err(_) => false,
+        }
+    }
+
     /// Finds the cheapest allowed collapse of `p` and queues it in place of the one before.
-    fn evaluate(&mut self, p: u32, spokes: &mut Vec<Spoke>) {
+    fn evaluate(&mut self, p: u32, scratch: &mut Scratch) {
         let mut known = std::mem::take(&mut self.known_costs[p as usize]);
-        let choice = self.choose(p, &mut known, spokes);
+        let choice = self.choose(p, &mut known, scratch);
         self.known_costs[p as usize] = known;
         self.enqueue(p, choice);
     }
@@ -174,125 +202,194 @@ impl Run<'_> {
     }
 
     /// The cheapest allowed collapse of `p`. Rules cost more than a known cost, so edges are tried by cost.
-    fn choose(&self, p: u32, known: &mut Vec<(u32, f32)>, spokes: &mut Vec<Spoke>) -> Option<Choice> {
-        if !self.rules.may_move(self.topology, p) {
+    fn choose(&self, p: u32, known: &mut Vec<(u32, f32)>, scratch: &mut Scratch) -> Option<Choice> {
+        if !self.rules.may_move(self.surface.topology, p) {
             return None;
         }
-        self.topology.spokes(p, spokes);
+        let Scratch { spokes, on_edge, moved } = scratch;
+        self.surface.topology.spokes(p, spokes);
         let mut tried = [(u32::MAX, u32::MAX); 2 * MAX_MOVED_VALENCE];
         let count = spokes.len();
         for (i, spoke) in spokes.iter().enumerate() {
             let move_cost = match known.iter().find(|k| k.0 == spoke.to) {
                 Some(&(_, cost)) => cost,
                 None => {
-                    let cost = self.quadrics.move_cost(p, spoke.to);
+                    let cost = self.surface.quadrics.move_cost(p, spoke.to);
                     known.push((spoke.to, cost));
                     cost
                 }
             };
-            tried[i] = (self.rank(p, spoke.to, move_cost).to_bits(), i as u32);
+            tried[i] = (self.rank(p, spoke.to, move_cost, on_edge, moved).to_bits(), i as u32);
         }
         let tried = &mut tried[..count];
         tried.sort_unstable_by_key(|&(rank, i)| (rank, spokes[i as usize].to));
-        tried.iter().find_map(|&(rank, i)| {
+        let mut best: Option<Choice> = None;
+        for &mut (rank, i) in tried {
+            let rank = f32::from_bits(rank);
+            if best.is_some_and(|b| b.rank <= rank) {
+                break;
+            }
             let edge = &spokes[i as usize];
-            let allowed = self.rules.check(self.topology, p, spokes, edge).is_ok();
-            allowed.then_some(Choice { rank: f32::from_bits(rank), target: edge.to })
-        })
+            self.find_images(p, edge.to, on_edge, moved);
+            if let Ok(extra) = self.allow(p, spokes, edge, on_edge, moved) {
+                let choice = Choice { rank: rank + extra, target: edge.to };
+                if best.is_none_or(|b| choice.rank < b.rank) {
+                    best = Some(choice);
+                }
+            }
+        }
+        best.filter(|b| b.rank.is_finite())
     }
 
-    /// What the queue sorts by: never negative and never NaN, so that its bits sort as it does.
-    fn rank(&self, u: u32, t: u32, move_cost: f32) -> f32 {
-        let area = self.quadrics.merged_area(u, t);
-        let even = LENGTH_SHARE * self.rules.bind_distance_squared(u, t) * area;
-        let rank = self.quadrics.total_cost(move_cost, t) + even;
+    fn find_images(&self, u: u32, t: u32, on_edge: &mut Vec<u32>, moved: &mut Vec<Moved>) {
+        let Surface { split, normals, topology, attributes, .. } = &self.surface;
+        on_edge.clear();
+        on_edge.extend(topology.around(u).filter(|&triangle| topology.touches(triangle, t)));
+        ImageFinder { split, topology, attributes, normals, stand_ins: self.rules.criteria() == Criteria::Wedge }
+            .find(u, t, on_edge, moved);
+    }
+
+    /// What the queue sorts by, but for what [`Self::allow`] adds: never negative and never NaN, so that its bits sort as it does. Leaves the
+    /// triangles on the edge and the images.
+    fn rank(&self, u: u32, t: u32, move_cost: f32, on_edge: &mut Vec<u32>, moved: &mut Vec<Moved>) -> f32 {
+        self.find_images(u, t, on_edge, moved);
+        let quadrics = &self.surface.quadrics;
+        let even = LENGTH_SHARE * self.rules.bind_distance_squared(u, t) * quadrics.merged_area(u, t);
+        let shape = quadrics.total_cost(move_cost, t) + even;
+        let shown: f64 = moved.iter().map(|m| m.cost).sum();
+        let rank = shape + shown as f32;
         if rank.is_nan() { f32::INFINITY } else { rank.max(0.0) }
     }
 
-    /// Moves `u` to the other end of `edge` and logs the step.
-    fn collapse(&mut self, u: u32, edge: &Spoke) {
-        let t = edge.to;
+    /// Whether the rules allow a collapse, and what they charge for it.
+    fn allow(&self, u: u32, spokes: &[Spoke], edge: &Spoke, on_edge: &[u32], moved: &[Moved]) -> Result<f32, Obstacle> {
+        let Surface { split, topology, .. } = &self.surface;
+        match self.rules.criteria() {
+            Criteria::Peng2011 => self.rules.check(topology, split, u, spokes, edge).map(|()| 0.0),
+            Criteria::Wedge => {
+                let turned = self.rules.charge(topology, split, u, spokes, edge, moved)?;
+                Ok(turned + self.charge_lost(u, edge.to, on_edge)?)
+            }
+        }
+    }
+
+    /// What it costs that places are left without any triangle: what they stood for is then as far away as the target, or, when the target
+    /// goes too, as what lies behind the part.
+    fn charge_lost(&self, u: u32, t: u32, on_edge: &[u32]) -> Result<f32, Obstacle> {
+        let Surface { topology, quadrics, .. } = &self.surface;
+        let dies = |triangle: u32| topology.touches(triangle, u) && topology.touches(triangle, t);
+        let u_moves_nothing = topology.valence(u) == on_edge.len();
+        let target_lost = u_moves_nothing && topology.valence(t) == on_edge.len();
+        let mut cost = 0.0;
+        for (i, &triangle) in on_edge.iter().enumerate() {
+            let c = topology.third(triangle, u, t);
+            let seen = on_edge[..i].iter().any(|&other| topology.touches(other, c));
+            if seen || topology.valence(c) > on_edge.len() || !topology.around(c).all(dies) {
+                continue;
+            }
+            cost +=
+                if target_lost { self.lost[c as usize] } else { quadrics.area(c) * quadrics.distance_squared(c, t) };
+        }
+        if target_lost {
+            cost += self.lost[u as usize] + self.lost[t as usize];
+            if !cost.is_finite() || topology.alive_count as usize <= on_edge.len() {
+                return Err(Obstacle::Topology);
+            }
+        } else if u_moves_nothing {
+            cost += quadrics.area(u) * quadrics.distance_squared(u, t);
+        }
+        Ok(cost)
+    }
+
+    /// Moves `u` to `t` and logs the step.
+    fn collapse(&mut self, u: u32, t: u32, dying: &[u32], moved: &[Moved]) {
         let move_cost = match self.known_costs[u as usize].iter().find(|k| k.0 == t) {
             Some(&(_, cost)) => cost,
-            None => self.quadrics.move_cost(u, t),
+            None => self.surface.quadrics.move_cost(u, t),
         };
-        let area = self.quadrics.merged_area(u, t);
-        let mean = if area > 0.0 { self.quadrics.total_cost(move_cost, t) / area } else { 0.0 };
+        let area = self.surface.quadrics.merged_area(u, t);
+        let mean = if area > 0.0 { self.surface.quadrics.total_cost(move_cost, t) / area } else { 0.0 };
         self.steps.costs.push(mean);
 
-        let dying = &edge.triangles[..edge.triangle_count.min(2) as usize];
-        let moving: Vec<u32> = self.topology.around(u).filter(|i| !dying.contains(i)).collect();
-        let images = self.map_variants(u, t, dying, &moving);
+        let images = self.settle_images(t, moved);
+        let topology = &mut *self.surface.topology;
+        let moving: Vec<u32> = topology.around(u).filter(|i| !dying.contains(i)).collect();
         let mut touched: Vec<u32> = Vec::new();
+        let mut thirds: Vec<u32> = Vec::new();
         for &i in dying {
-            for v in self.topology.triangles[i as usize] {
+            thirds.push(topology.third(i, u, t));
+            for v in topology.triangles[i as usize] {
                 self.references[v as usize] -= 1;
                 touched.push(v);
             }
-            self.topology.remove(i);
+            topology.remove(i);
             self.steps.removed.push(i);
         }
         for &i in &moving {
-            let corner = self.topology.corner_at(i, u);
-            let variant = self.topology.triangles[i as usize][corner];
+            let corner = topology.corner_at(i, u);
+            let variant = topology.triangles[i as usize][corner];
             let image = image_of(&images, variant);
-            self.topology.triangles[i as usize][corner] = image;
+            topology.triangles[i as usize][corner] = image;
             self.references[variant as usize] -= 1;
             self.references[image as usize] += 1;
         }
-        self.topology.move_triangles(u, t, &moving);
+        topology.move_triangles(u, t, &moving);
         self.drop_unreferenced(&images, touched);
         self.steps.dropped_ends.push(self.steps.dropped.len() as u32);
         self.steps.removed_ends.push(self.steps.removed.len() as u32);
 
-        self.quadrics.merge(u, t, move_cost);
+        self.surface.quadrics.merge(u, t, move_cost);
+        self.lost[t as usize] += self.lost[u as usize];
+        thirds.sort_unstable();
+        thirds.dedup();
+        for c in thirds {
+            // A place without triangles left: what it stood for goes on at the target.
+            if self.surface.topology.valence(c) == 0 {
+                let move_cost = self.surface.quadrics.move_cost(c, t);
+                self.surface.quadrics.merge(c, t, move_cost);
+                self.lost[t as usize] += self.lost[c as usize];
+                self.stamps[c as usize] += 1;
+            }
+        }
         self.known_costs[t as usize].clear();
         self.known_costs[u as usize] = Vec::new();
         self.stamps[u as usize] += 1;
         self.grown[t as usize] += 1;
     }
 
-    /// For each variant at `u`, the variant at `t` that it becomes.
-    fn map_variants(&self, u: u32, t: u32, dying: &[u32], moving: &[u32]) -> Vec<(u32, u32)> {
-        let at =
-            |triangle: u32, p: u32| self.topology.triangles[triangle as usize][self.topology.corner_at(triangle, p)];
-        let wedge = |v: u32| self.split.variant_wedge[v as usize];
-        let across: Vec<(u32, u32)> = dying.iter().map(|&i| (at(i, u), at(i, t))).collect();
-        let mut images: Vec<(u32, u32)> = Vec::new();
-        for v in dying.iter().chain(moving).map(|&i| at(i, u)) {
-            if images.iter().any(|&(from, _)| from == v) {
-                continue;
-            }
-            let shared = across.iter().filter(|&&(from, _)| from == v).map(|&(_, to)| to);
-            let image = self.closest(v, shared).or_else(|| {
-                let (_, on_target) = *across
-                    .iter()
-                    .find(|&&(from, _)| wedge(from) == wedge(v))
-                    .expect("the wedge test found an image for every wedge");
-                let around = self.topology.around(t).take(SEARCHED_TRIANGLES).map(|i| at(i, t));
-                let group = around.filter(|&to| wedge(to) == wedge(on_target)).chain([on_target]);
-                self.closest(v, group)
-            });
-            images.push((v, image.expect("the image wedge has a variant in a triangle on the edge")));
+    /// Makes the stand-ins that a collapse needs and merges the attributes. Returns each variant with its image.
+    fn settle_images(&mut self, t: u32, moved: &[Moved]) -> Vec<(u32, u32)> {
+        let Surface { split, normals, attributes, .. } = &mut self.surface;
+        let mut images = Vec::with_capacity(moved.len());
+        let mut made: Vec<(Image, u32)> = Vec::new();
+        for m in moved {
+            let image = match m.image {
+                Image::Variant(image) => image,
+                Image::StandIn { wedge, uv_of, normal_of } => match made.iter().find(|&&(image, _)| image == m.image) {
+                    Some(&(_, image)) => image,
+                    None => {
+                        let image = split.add_stand_in(t, wedge, uv_of, normal_of);
+                        normals.push(normals[normal_of as usize]);
+                        attributes.add_stand_in(uv_of, normal_of);
+                        self.references.push(0);
+                        made.push((m.image, image));
+                        image
+                    }
+                },
+            };
+            attributes.merge(m.variant, image);
+            images.push((m.variant, image));
         }
         images
-    }
-
-    /// Of some variants, the one whose normal is closest to that of `v`.
-    fn closest(&self, v: u32, candidates: impl Iterator<Item = u32>) -> Option<u32> {
-        let mut best: Option<(f32, u32)> = None;
-        for candidate in candidates {
-            let cos = cos_between(self.normals[v as usize], self.normals[candidate as usize]);
-            if best.is_none_or(|(best_cos, best_id)| cos > best_cos || (cos == best_cos && candidate < best_id)) {
-                best = Some((cos, candidate));
-            }
-        }
-        best.map(|(_, candidate)| candidate)
     }
 
     /// Logs the variants that no triangle uses any more: those of the position that moved, and those on its old
     /// neighbours whose last triangle died.
     fn drop_unreferenced(&mut self, images: &[(u32, u32)], mut touched: Vec<u32>) {
+        let Surface { split, normals, topology, attributes, .. } = &self.surface;
+        let finder = ImageFinder { split, topology, attributes, normals, stand_ins: true };
+        // Images that only dying triangles used, or that were made for them alone.
+        touched.extend(images.iter().map(|&(_, image)| image));
         touched.sort_unstable();
         touched.dedup();
         let start = self.steps.dropped.len();
@@ -301,33 +398,54 @@ impl Run<'_> {
             if self.references[v as usize] > 0 || moved {
                 continue;
             }
-            let p = self.split.position_of(v);
-            let wedge = self.split.variant_wedge[v as usize];
-            let variant = |i: u32| self.topology.triangles[i as usize][self.topology.corner_at(i, p)];
-            let around = || self.topology.around(p).take(SEARCHED_TRIANGLES).map(variant);
-            let same_wedge = around().filter(|&w| self.split.variant_wedge[w as usize] == wedge);
-            let stand_in = self.closest(v, same_wedge).or_else(|| self.closest(v, around()));
-            self.steps.dropped.push((v, stand_in.expect("the link condition leaves every neighbour a triangle")));
+            let p = split.position_of(v);
+            let wedge = split.variant_wedge[v as usize];
+            let variant = |i: u32| topology.triangles[i as usize][topology.corner_at(i, p)];
+            let around = || topology.around(p).take(SEARCHED_TRIANGLES).map(variant);
+            let same_wedge = around().filter(|&w| split.variant_wedge[w as usize] == wedge);
+            let stand_in = finder.closest(v, same_wedge).or_else(|| finder.closest(v, around()));
+            self.steps.dropped.push((v, stand_in.unwrap_or(u32::MAX)));
         }
         for &(from, to) in images {
             // The image may itself have been used by dying triangles only.
             let to = self.steps.dropped[start..].iter().find(|d| d.0 == to).map_or(to, |d| d.1);
             self.steps.dropped.push((from, to));
         }
+        // Where a place has lost its last triangle, its variants go where the moved ones went, or, with the whole part, to any survivor.
+        let images_of_moved = images.iter().map(|&(from, _)| from).collect::<Vec<_>>();
+        let settled = self.steps.dropped[start..].iter().map(|d| d.1).find(|&to| to != u32::MAX);
+        let refuge = settled.unwrap_or_else(|| self.any_survivor());
+        for dropped in &mut self.steps.dropped[start..] {
+            if dropped.1 == u32::MAX || images_of_moved.contains(&dropped.1) {
+                dropped.1 = refuge;
+            }
+        }
         self.steps.dropped[start..].sort_unstable();
     }
 
+    /// A variant that some triangle uses: a vanished part's vertices have to be something.
+    fn any_survivor(&self) -> u32 {
+        let topology = &self.surface.topology;
+        let alive = topology.alive.iter().position(|&alive| alive).expect("the last part never vanishes");
+        topology.triangles[alive][0]
+    }
+
     fn find_obstacles(&self) -> Vec<Option<Obstacle>> {
-        let mut spokes = Vec::new();
+        let mut scratch = Scratch::default();
         let mut obstacle_at = |p: u32| {
-            if self.topology.valence(p) == 0 {
+            let topology = &self.surface.topology;
+            if topology.valence(p) == 0 {
                 return None;
             }
-            if !self.rules.may_move(self.topology, p) {
+            if !self.rules.may_move(topology, p) {
                 return Some(Obstacle::Fixed);
             }
-            self.topology.spokes(p, &mut spokes);
-            let found = spokes.iter().filter_map(|s| self.rules.check(self.topology, p, &spokes, s).err());
+            let Scratch { spokes, on_edge, moved } = &mut scratch;
+            topology.spokes(p, spokes);
+            let found = spokes.iter().filter_map(|s| {
+                self.find_images(p, s.to, on_edge, moved);
+                self.allow(p, spokes, s, on_edge, moved).err()
+            });
             Some(found.max().unwrap_or(Obstacle::Fixed))
         };
         (0..self.stamps.len() as u32).map(&mut obstacle_at).collect()

@@ -1,5 +1,7 @@
 //! Which collapses are allowed: seams, borders, topology and flips (Peng 2011 §4.2).
 
+use crate::behind::diagonal;
+use crate::find_images::{Image, Moved};
 use crate::frames::draw_evenly;
 use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::split_seams::SplitMesh;
@@ -10,6 +12,9 @@ use crate::{Criteria, LodMesh, LodPoses, Obstacle, VertexClass};
 const FLIP_FRAMES: usize = 4;
 /// Cosine of the most that a triangle may turn in one collapse.
 const MIN_TURN_COS: f32 = 0.1;
+/// What a triangle costs that has turned by more than a right angle since full detail, as a distance over its area, in shares of the
+/// mesh's diagonal.
+const TURNED_SHARE: f32 = 0.02;
 /// Texture width below which a triangle has no side in the texture: two texels of 1024. Triangles that show one colour of a
 /// palette are dots or threads there, and turning them shows nothing; a stricter test costs the KayKit knight 10 % of its
 /// reach and a fifth of its error at 25 %.
@@ -23,12 +28,13 @@ const MAX_SCANNED_VALENCE: usize = 512;
 /// The rules and what they look at that does not change.
 #[derive(Debug)]
 pub(crate) struct Rules {
+    criteria: Criteria,
+    /// Cost of a square metre that lies more than a right angle from how it lay at full detail, m².
+    turned_cost: f32,
     /// Positions that never move.
     locked: Vec<bool>,
     /// Wedges each position had at full detail, where all must keep an image (Peng 2011); else empty.
     required_wedges: Vec<u32>,
-    variant_wedge: Vec<u32>,
-    wedge_uvs: Vec<[f64; 2]>,
     /// Positions in bind pose and in some frames.
     posed: Vec<Vec<[f32; 3]>>,
 }
@@ -43,9 +49,10 @@ impl Rules {
         non_manifold: &[bool],
         wedge_class: &[VertexClass],
     ) -> Self {
-        let mut locked = non_manifold.to_vec();
+        let mut locked = vec![false; non_manifold.len()];
         let mut required_wedges = Vec::new();
         if criteria == Criteria::Peng2011 {
+            locked = non_manifold.to_vec();
             required_wedges = vec![0; locked.len()];
             for (wedge, &class) in wedge_class.iter().enumerate() {
                 let p = split.wedge_position[wedge] as usize;
@@ -63,13 +70,18 @@ impl Rules {
             };
             posed.push(split.position_source.iter().map(pose).collect());
         }
-        Self {
-            locked,
-            required_wedges,
-            variant_wedge: split.variant_wedge.clone(),
-            wedge_uvs: split.wedge_source.iter().map(|&v| mesh.uvs[v as usize].map(f64::from)).collect(),
-            posed,
-        }
+        let turned = TURNED_SHARE * diagonal(&posed[0]);
+        Self { criteria, turned_cost: turned * turned, locked, required_wedges, posed }
+    }
+
+    /// Which criteria these are.
+    pub fn criteria(&self) -> Criteria {
+        self.criteria
+    }
+
+    /// Positions in some poses, bind pose first.
+    pub fn some_poses(&self) -> [&[[f32; 3]]; 2] {
+        [&self.posed[0], &self.posed[self.posed.len() / 2]]
     }
 
     /// Whether position `u` may move at all, wherever it goes.
@@ -89,11 +101,68 @@ impl Rules {
     /// Peng 2011 that is condition 2 for companions; its condition 1 lets a regular vertex go anywhere, but a slit's
     /// end that moves along its slit would leave a triangle of no width, so we ask it of regular vertices too. Link
     /// condition and flip test are ours in both: they keep every prefix of the order a valid mesh.
-    pub fn check(&self, topology: &Topology, u: u32, spokes: &[Spoke], edge: &Spoke) -> Result<(), Obstacle> {
+    pub fn check(
+        &self,
+        topology: &Topology,
+        split: &SplitMesh,
+        u: u32,
+        spokes: &[Spoke],
+        edge: &Spoke,
+    ) -> Result<(), Obstacle> {
         self.check_border(topology, u, spokes, edge)?;
-        self.check_wedges(topology, u, edge)?;
+        self.check_wedges(topology, split, u, edge)?;
         self.check_link(topology, u, spokes, edge)?;
-        self.check_flips(topology, u, edge)
+        self.check_flips(topology, split, u, edge)
+    }
+
+    /// Whether `u` may collapse onto the other end of `edge`, and what is charged for it, m² times m²: the default criteria.
+    ///
+    /// Seams, charts and topology have a cost and no veto: every wedge has an image (see `find_images`), and what loses its last triangle
+    /// is charged by the caller. An open border moves along itself. No triangle turns over in one step in a tested pose; one that ends up
+    /// more than a right angle from how it lay at full detail, or turned over in the texture, is charged its area.
+    pub fn charge(
+        &self,
+        topology: &Topology,
+        split: &SplitMesh,
+        u: u32,
+        spokes: &[Spoke],
+        edge: &Spoke,
+        moved: &[Moved],
+    ) -> Result<f32, Obstacle> {
+        let on_border = spokes.iter().any(|s| s.triangle_count == 1);
+        if on_border && edge.triangle_count != 1 {
+            return Err(Obstacle::Fixed);
+        }
+        let t = edge.to;
+        let mut turned_area = 0.0;
+        for triangle in topology.around(u).filter(|&triangle| !topology.touches(triangle, t)) {
+            let corner = topology.corner_at(triangle, u);
+            let positions = topology.triangle_positions[triangle as usize];
+            let (a, b) = (positions[(corner + 1) % 3] as usize, positions[(corner + 2) % 3] as usize);
+            let mut turned = false;
+            let mut area = 0.0;
+            for (i, pose) in self.posed.iter().enumerate() {
+                let after = turn(pose, u as usize, t as usize, a, b).ok_or(Obstacle::Flip)?;
+                let [x, y, z] = topology.first_positions[triangle as usize].map(|p| pose[p as usize]);
+                let first = cross(sub(y, x), sub(z, x));
+                turned |= dot(first, first) > 0.0 && dot(first, after) <= 0.0;
+                if i == 0 {
+                    area = 0.5 * dot(after, after).sqrt();
+                }
+            }
+            let variants = topology.triangles[triangle as usize];
+            let uv = |variant: u32| split.variant_uv[variant as usize].map(f64::from);
+            let own = variants[corner];
+            let image = moved.iter().find(|m| m.variant == own).map(|m| m.image).expect("every variant was mapped");
+            let shown = match image {
+                Image::Variant(image) => uv(image),
+                Image::StandIn { uv_of, .. } => uv(uv_of),
+            };
+            let (q, r) = (uv(variants[(corner + 1) % 3]), uv(variants[(corner + 2) % 3]));
+            turned |= uv_turns_over([uv(own), q, r], [shown, q, r]);
+            turned_area += if turned { area } else { 0.0 };
+        }
+        Ok(turned_area * self.turned_cost)
     }
 
     /// A position on a border moves along it, and only where the border is a plain line.
@@ -105,17 +174,18 @@ impl Rules {
     }
 
     /// Each wedge of `u` needs exactly one image among `t`'s wedges in the triangles on the edge.
-    fn check_wedges(&self, topology: &Topology, u: u32, edge: &Spoke) -> Result<(), Obstacle> {
+    fn check_wedges(&self, topology: &Topology, split: &SplitMesh, u: u32, edge: &Spoke) -> Result<(), Obstacle> {
+        let wedge_at = |triangle: u32, p: u32| wedge_at(topology, split, triangle, p);
         let t = edge.to;
         let mut images: [(u32, u32); 2] = [(u32::MAX, u32::MAX); 2];
         for i in 0..edge.triangle_count.min(2) as usize {
-            images[i] = (self.wedge_at(topology, edge.triangles[i], u), self.wedge_at(topology, edge.triangles[i], t));
+            images[i] = (wedge_at(edge.triangles[i], u), wedge_at(edge.triangles[i], t));
         }
         if images[0].0 == images[1].0 && images[0].1 != images[1].1 {
             return Err(Obstacle::Seam);
         }
         for triangle in topology.around(u) {
-            let wedge = self.wedge_at(topology, triangle, u);
+            let wedge = wedge_at(triangle, u);
             if wedge != images[0].0 && wedge != images[1].0 {
                 return Err(Obstacle::Seam);
             }
@@ -166,20 +236,14 @@ impl Rules {
 
     /// No triangle that stays may turn over in a tested pose, or in the texture: neither much in one step, nor, step by
     /// step, by more than a right angle from how it lay at full detail.
-    fn check_flips(&self, topology: &Topology, u: u32, edge: &Spoke) -> Result<(), Obstacle> {
+    fn check_flips(&self, topology: &Topology, split: &SplitMesh, u: u32, edge: &Spoke) -> Result<(), Obstacle> {
         let t = edge.to;
         for triangle in topology.around(u).filter(|&triangle| !topology.touches(triangle, t)) {
             let corner = topology.corner_at(triangle, u);
             let positions = topology.triangle_positions[triangle as usize];
             let (a, b) = (positions[(corner + 1) % 3] as usize, positions[(corner + 2) % 3] as usize);
             for pose in &self.posed {
-                let before = cross(sub(pose[a], pose[u as usize]), sub(pose[b], pose[u as usize]));
-                let after = cross(sub(pose[a], pose[t as usize]), sub(pose[b], pose[t as usize]));
-                let before_squared = dot(before, before);
-                let limit = MIN_TURN_COS * (before_squared * dot(after, after)).sqrt();
-                if before_squared > 0.0 && dot(before, after) <= limit {
-                    return Err(Obstacle::Flip);
-                }
+                let after = turn(pose, u as usize, t as usize, a, b).ok_or(Obstacle::Flip)?;
                 let [x, y, z] = topology.first_positions[triangle as usize].map(|p| pose[p as usize]);
                 let first = cross(sub(y, x), sub(z, x));
                 if dot(first, first) > 0.0 && dot(first, after) <= 0.0 {
@@ -187,27 +251,37 @@ impl Rules {
                 }
             }
             let variants = topology.triangles[triangle as usize];
-            let uv = |i: usize| self.wedge_uvs[self.variant_wedge[variants[(corner + i) % 3] as usize] as usize];
-            let target = self.wedge_uvs[self.image_wedge(topology, triangle, u, edge) as usize];
+            let uv = |i: usize| split.variant_uv[variants[(corner + i) % 3] as usize].map(f64::from);
+            let image = image_across(topology, split, triangle, u, edge);
+            let target = split.variant_uv[image as usize].map(f64::from);
             if uv_turns_over([uv(0), uv(1), uv(2)], [target, uv(1), uv(2)]) {
                 return Err(Obstacle::Flip);
             }
         }
         Ok(())
     }
+}
 
-    /// Where the wedge of `triangle` at `u` goes; only for edges that passed the wedge test.
-    fn image_wedge(&self, topology: &Topology, triangle: u32, u: u32, edge: &Spoke) -> u32 {
-        let wedge = self.wedge_at(topology, triangle, u);
-        let first = edge.triangles[0];
-        let on_edge = if self.wedge_at(topology, first, u) == wedge { first } else { edge.triangles[1] };
-        self.wedge_at(topology, on_edge, edge.to)
-    }
+/// A variant of the wedge that the wedge of `triangle` at `u` becomes; only for edges that passed the wedge test.
+fn image_across(topology: &Topology, split: &SplitMesh, triangle: u32, u: u32, edge: &Spoke) -> u32 {
+    let wedge = wedge_at(topology, split, triangle, u);
+    let first = edge.triangles[0];
+    let on_edge = if wedge_at(topology, split, first, u) == wedge { first } else { edge.triangles[1] };
+    topology.triangles[on_edge as usize][topology.corner_at(on_edge, edge.to)]
+}
 
-    fn wedge_at(&self, topology: &Topology, triangle: u32, p: u32) -> u32 {
-        let corner = topology.corner_at(triangle, p);
-        self.variant_wedge[topology.triangles[triangle as usize][corner] as usize]
-    }
+fn wedge_at(topology: &Topology, split: &SplitMesh, triangle: u32, p: u32) -> u32 {
+    let corner = topology.corner_at(triangle, p);
+    split.variant_wedge[topology.triangles[triangle as usize][corner] as usize]
+}
+
+/// The normal, twice the area long, of triangle `u a b` after `u` moved to `t`; `None` if it turns over.
+fn turn(pose: &[[f32; 3]], u: usize, t: usize, a: usize, b: usize) -> Option<[f32; 3]> {
+    let before = cross(sub(pose[a], pose[u]), sub(pose[b], pose[u]));
+    let after = cross(sub(pose[a], pose[t]), sub(pose[b], pose[t]));
+    let before_squared = dot(before, before);
+    let limit = MIN_TURN_COS * (before_squared * dot(after, after)).sqrt();
+    if before_squared > 0.0 && dot(before, after) <= limit { None } else { Some(after) }
 }
 
 /// Whether a triangle that has a side in the texture loses it or shows the other one.

@@ -23,8 +23,8 @@ pub struct LevelMesh {
 
 /// The level with the places and attributes that its vertices have in `mesh`.
 ///
-/// Place and skinning come from [`CollapseOrder::vertex_source`], normal and texture coordinate from
-/// [`CollapseOrder::attribute_source`]. `mesh` is the one that `order` was made from, `level` one of its levels.
+/// Place and skinning come from [`CollapseOrder::vertex_source`], texture coordinate from
+/// [`CollapseOrder::attribute_source`], normal from [`CollapseOrder::normal_source`]. `mesh` is the one that `order` was made from, `level` one of its levels.
 ///
 /// Panics if an index of the order lies outside `mesh`.
 pub fn level_mesh(mesh: &LodMesh<'_>, order: &CollapseOrder, level: &Level) -> LevelMesh {
@@ -41,9 +41,10 @@ pub fn level_mesh(mesh: &LodMesh<'_>, order: &CollapseOrder, level: &Level) -> L
     }
     let source = |v: &u32| order.vertex_source[*v as usize] as usize;
     let attributes = |v: &u32| order.attribute_source[*v as usize] as usize;
+    let normal = |v: &u32| order.normal_source[*v as usize] as usize;
     LevelMesh {
         positions: vertices.iter().map(|v| mesh.positions[source(v)]).collect(),
-        normals: vertices.iter().map(|v| mesh.normals[attributes(v)]).collect(),
+        normals: vertices.iter().map(|v| mesh.normals[normal(v)]).collect(),
         uvs: vertices.iter().map(|v| mesh.uvs[attributes(v)]).collect(),
         joints: vertices.iter().map(|v| mesh.joints[source(v)]).collect(),
         weights: vertices.iter().map(|v| mesh.weights[source(v)]).collect(),

@@ -9,11 +9,14 @@
 //! `collapse` (on a `topology`), `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `interpenetration`.
 
 mod align;
+mod attributes;
+mod behind;
 mod check_frames;
 mod classify;
 mod closest;
 mod collapse;
 mod criteria;
+mod find_images;
 mod frames;
 mod interpenetration;
 mod level_mesh;
@@ -99,12 +102,30 @@ fn collapse(
     options: &LodOptions,
     progress: &(dyn Fn(f32) + Sync),
 ) -> CollapseOrder {
-    let mut topology = topology::Topology::new(split);
-    let mut quadrics = quadrics::Quadrics::build(mesh, poses, split, &classes.edge_kinds);
-    let rules = criteria::Rules::new(mesh, poses, split, options.criteria, &classes.non_manifold, &classes.wedge_class);
-    let normals: Vec<[f32; 3]> = split.variant_source.iter().map(|&v| mesh.normals[v as usize]).collect();
-    let steps = collapse::collapse_edges(split, &normals, &mut topology, &mut quadrics, &rules, progress);
-    reorder::reorder_by_collapse(split, &classes.wedge_class, &steps, classes.report.clone())
+    let mut split = split.clone();
+    let mut topology = topology::Topology::new(&split);
+    let mut quadrics = quadrics::Quadrics::build(mesh, poses, &split, &classes.edge_kinds);
+    let rules =
+        criteria::Rules::new(mesh, poses, &split, options.criteria, &classes.non_manifold, &classes.wedge_class);
+    let minded = match options.criteria {
+        Criteria::Wedge => options.attribute_weights,
+        Criteria::Peng2011 => AttributeWeights { uv: 0.0, normal: 0.0, color: 0.0 },
+    };
+    let some_poses = rules.some_poses();
+    let diagonal = behind::diagonal(some_poses[0]);
+    let behind = behind::measure_behind(mesh, &split, &some_poses, &minded, diagonal);
+    let mut attributes = attributes::Attributes::build(mesh, &split, &minded, diagonal);
+    let mut normals: Vec<[f32; 3]> = split.variant_source.iter().map(|&v| mesh.normals[v as usize]).collect();
+    let surface = collapse::Surface {
+        split: &mut split,
+        normals: &mut normals,
+        topology: &mut topology,
+        quadrics: &mut quadrics,
+        attributes: &mut attributes,
+        behind: &behind,
+    };
+    let steps = collapse::collapse_edges(surface, &rules, progress);
+    reorder::reorder_by_collapse(&split, &classes.wedge_class, &steps, classes.report.clone())
 }
 
 /// Seams and classes alone, without simplifying: what `inspect` shows of a source asset.

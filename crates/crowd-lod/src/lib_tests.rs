@@ -33,7 +33,9 @@ fn companions_leave_together_along_their_seam() {
     let mesh = grid(4, 4, |_, _| 0.0, |column, _| column == 2);
     for options in [quick(), peng()] {
         let order = simplify_checked(&mesh, &TestPoses::rest(), &options);
-        let seam: Vec<_> = moves(&mesh, &order).into_iter().filter(|m| m.0[0] == 2.0 && m.1 == 2).collect();
+        // By default the seam leaves the strip as a whole in the end, when nothing else is left to pay for.
+        let seam = moves(&mesh, &order).into_iter().filter(|m| m.0[0] == 2.0 && m.1 == 2).take(3);
+        let seam: Vec<_> = seam.collect();
         assert_eq!(seam.len(), 3, "{:?}", options.criteria);
         for (from, _, to) in seam {
             assert_eq!(to[0], 2.0, "{from:?} leaves the seam to {to:?}");
@@ -44,7 +46,7 @@ fn companions_leave_together_along_their_seam() {
 #[test]
 fn companions_lie_side_by_side_and_no_level_parts_them() {
     let mesh = tube(12, 12, 6.0, true);
-    let order = simplify_checked(&mesh, &TestPoses::rest(), &quick());
+    let order = simplify_checked(&mesh, &TestPoses::rest(), &peng());
     let at = |v: u32| mesh.positions[order.vertex_source[v as usize] as usize];
     let mut pairs = 0;
     for v in 1..order.vertex_source.len() as u32 {
@@ -77,17 +79,49 @@ fn slit_end_does_not_climb_its_slit() {
     assert!(targets.iter().all(|to| to[0] != 3.0 || to[1] < 2.0), "the end climbed to one of {targets:?}");
 }
 
+/// A level of at most some triangles.
+fn level_of(order: &CollapseOrder, triangles: u32) -> crate::Level {
+    *order.levels.iter().rfind(|level| level.triangle_count <= triangles).expect("the order goes down so far")
+}
+
 #[test]
 fn corner_of_three_charts_stays_under_both_criteria() {
     for options in [quick(), peng()] {
         let order = simplify_checked(&cube(6), &TestPoses::rest(), &options);
-        assert_eq!(order.levels[0].triangle_count, 12, "{:?}", order.blocked);
-        assert_eq!(order.levels[0].vertex_count, 24);
-        assert!(order.vertex_classes[..24].iter().all(|&class| class == VertexClass::Fixed));
-        assert_eq!(order.levels[0].error_m, 0.0);
-        assert_eq!(order.blocked.fixed + order.blocked.seam, 8, "{:?}", order.blocked);
-        assert_eq!(order.obstacles.len(), 24, "one for each vertex of the coarsest level");
-        assert!(order.obstacles.iter().all(|&o| o <= crate::Obstacle::Seam), "{:?}", order.obstacles);
+        let level = level_of(&order, 12);
+        assert_eq!(level.triangle_count, 12, "{:?}", order.blocked);
+        assert_eq!(level.error_m, 0.0);
+        let mesh = cube(6);
+        let kept = reform(&order.triangles, &order.collapse_map, level.vertex_count, level.triangle_count);
+        for v in kept.as_flattened() {
+            let place = mesh.positions[order.vertex_source[*v as usize] as usize];
+            assert!(place.iter().all(|c| c.abs() == 1.0), "{place:?} is no corner");
+            assert_eq!(order.vertex_classes[*v as usize], VertexClass::Fixed);
+        }
+    }
+    let paper = simplify_checked(&cube(6), &TestPoses::rest(), &peng());
+    assert_eq!(paper.levels[0].triangle_count, 12);
+    assert_eq!(paper.blocked.fixed + paper.blocked.seam, 8, "{:?}", paper.blocked);
+    assert_eq!(paper.obstacles.len(), 24, "one for each vertex of the coarsest level");
+    assert!(paper.obstacles.iter().all(|&o| o <= crate::Obstacle::Seam), "{:?}", paper.obstacles);
+}
+
+/// The corner of three charts has no image for its third wedge: a stand-in keeps what that chart shows.
+#[test]
+fn a_corner_that_moves_keeps_its_charts() {
+    let mesh = cube(1);
+    let order = simplify_checked(&mesh, &TestPoses::rest(), &quick());
+    assert!(order.levels[0].triangle_count < 12);
+    let stand_ins: Vec<usize> = (0..order.vertex_source.len())
+        .filter(|&v| {
+            let (place, shown) = (order.vertex_source[v] as usize, order.attribute_source[v] as usize);
+            mesh.positions[place] != mesh.positions[shown]
+        })
+        .collect();
+    assert!(!stand_ins.is_empty());
+    // Full detail has no need of them.
+    for v in stand_ins {
+        assert!(order.triangles.iter().flatten().all(|&corner| corner as usize != v));
     }
 }
 
@@ -252,21 +286,31 @@ fn bow_ties_and_spines_stay_valid() {
         let order = simplify_checked(&mesh, &TestPoses::rest(), &options);
         assert_eq!(order.seams.non_manifold_edge_count, 1);
         assert!(order.levels.len() > 5);
-        assert!(order.blocked.fixed >= 3, "{:?}", order.blocked);
+        if options.criteria == Criteria::Peng2011 {
+            assert!(order.blocked.fixed >= 3, "{:?}", order.blocked);
+        }
     }
 }
 
+/// What a part costs that vanishes is how far the rest is: a far mote outlives most of a near ball, one on the ball's skin does not.
 #[test]
-fn two_parts_both_remain() {
-    let mut mesh = uv_sphere(12, 8);
-    let mut far = uv_sphere(12, 8);
-    far.positions.iter_mut().for_each(|p| *p = [p[0] * 0.01 + 5.0, p[1] * 0.01, p[2] * 0.01]);
-    mesh.append(&far);
-    let order = simplify_checked(&mesh, &TestPoses::rest(), &quick());
-    let coarsest = order.levels[0].vertex_count as usize;
-    let far = |v: &&u32| mesh.positions[**v as usize][0] > 4.0;
-    let kept = order.vertex_source[..coarsest].iter().filter(far).count();
-    assert!(kept >= 4 && kept < coarsest);
+fn a_far_part_outlives_one_that_lies_on_another() {
+    let level_with_mote_at = |x: f32| {
+        let mut mesh = uv_sphere(24, 16);
+        let mut mote = uv_sphere(6, 4);
+        mote.positions.iter_mut().for_each(|p| *p = [p[0] * 0.02 + x, p[1] * 0.02, p[2] * 0.02]);
+        mesh.append(&mote);
+        let order = simplify_checked(&mesh, &TestPoses::rest(), &quick());
+        let far = |v: u32| (mesh.positions[order.vertex_source[v as usize] as usize][0] - x).abs() < 0.03;
+        let keeps = |level: &&crate::Level| {
+            let kept = reform(&order.triangles, &order.collapse_map, level.vertex_count, level.triangle_count);
+            kept.iter().any(|t| t.iter().all(|&v| far(v)))
+        };
+        order.levels.iter().find(keeps).expect("full detail keeps it").triangle_count
+    };
+    let (far, near) = (level_with_mote_at(5.0), level_with_mote_at(1.0));
+    assert!(far < near, "{far} {near}");
+    assert!(far < 100, "{far}");
 }
 
 /// A fan of many triangles around one hub must not cost their square.
@@ -396,9 +440,9 @@ mod checks_fail {
     fn broken(change: impl Fn(&mut CollapseOrder)) {
         let mesh = grid(4, 4, |x, y| (x * y) as f32 * 0.1, |column, _| column == 2);
         let poses = TestPoses::rest();
-        let mut order = simplify(&mesh.mesh(), &poses.poses(), &quick(), &|_| ()).expect("a valid mesh");
+        let mut order = simplify(&mesh.mesh(), &poses.poses(), &peng(), &|_| ()).expect("a valid mesh");
         change(&mut order);
-        check_order(&mesh, &poses, &order);
+        check_order(&mesh, &poses, &order, Criteria::Peng2011);
     }
 
     #[test]

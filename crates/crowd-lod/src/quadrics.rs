@@ -102,6 +102,26 @@ impl Quadrics {
         self.areas[u as usize] + self.areas[t as usize]
     }
 
+    /// Area that a position's quadric stands for, m².
+    pub fn area(&self, p: u32) -> f32 {
+        self.areas[p as usize]
+    }
+
+    /// Squared distance of two positions, mean over frames, m².
+    pub fn distance_squared(&self, u: u32, t: u32) -> f32 {
+        let from = u as usize * self.block_count;
+        let to = t as usize * self.block_count;
+        let mut sum = [0.0; LANES];
+        for b in 0..self.block_count {
+            let (a, c, w) = (&self.posed[from + b], &self.posed[to + b], &self.frame_weights[b]);
+            for i in 0..LANES {
+                let (x, y, z) = (c[0][i] - a[0][i], c[1][i] - a[1][i], c[2][i] - a[2][i]);
+                sum[i] += w[i] * (x * x + y * y + z * z);
+            }
+        }
+        sum_lanes(&sum)
+    }
+
     /// Adds `u`'s quadric to `t`'s.
     pub fn merge(&mut self, u: u32, t: u32, move_cost: f32) {
         let from = u as usize * self.block_count;

@@ -26,10 +26,11 @@ pub(crate) fn reorder_by_collapse(
         collapse_map[vertex_remap[from as usize] as usize] = vertex_remap[to as usize];
     }
     CollapseOrder {
-        vertex_source: vertex_order.iter().map(|&v| split.variant_source[v as usize]).collect(),
+        vertex_source: vertex_order.iter().map(|&v| split.place_source(v)).collect(),
         attribute_source: vertex_order.iter().map(|&v| split.variant_source[v as usize]).collect(),
+        normal_source: vertex_order.iter().map(|&v| split.variant_normal_source[v as usize]).collect(),
         vertex_materials: vertex_order.iter().map(|&v| split.variant_material[v as usize]).collect(),
-        vertex_classes: vertex_order.iter().map(|&v| wedge_class[split.variant_wedge[v as usize] as usize]).collect(),
+        vertex_classes: vertex_order.iter().map(|&v| class_of(split, wedge_class, v)).collect(),
         triangles: triangle_order
             .iter()
             .map(|&t| split.triangles[t as usize].map(|v| vertex_remap[v as usize]))
@@ -46,6 +47,12 @@ pub(crate) fn reorder_by_collapse(
             .collect(),
         frames: FrameReport::default(),
     }
+}
+
+/// The class at full detail; a stand-in lies on a seam.
+fn class_of(split: &SplitMesh, wedge_class: &[VertexClass], variant: u32) -> VertexClass {
+    let wedge = split.variant_wedge[variant as usize] as usize;
+    wedge_class.get(wedge).copied().unwrap_or(VertexClass::Companion)
 }
 
 /// `0..count`, those in no step first in their order, then the steps from the last to the first.

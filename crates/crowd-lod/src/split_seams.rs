@@ -15,7 +15,7 @@ const SAME_NORMAL_COS: f32 = 0.999_847_7;
 const COMPARED_VARIANTS: usize = 32;
 
 /// A mesh in three layers. Everything unreferenced or degenerate is gone.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct SplitMesh {
     /// For each position, the lowest input vertex there.
     pub position_source: Vec<u32>,
@@ -25,8 +25,14 @@ pub(crate) struct SplitMesh {
     pub wedge_source: Vec<u32>,
     /// For each variant, its wedge; ascending.
     pub variant_wedge: Vec<u32>,
-    /// For each variant, the input vertex whose attributes it carries.
+    /// For each variant, the input vertex whose texture coordinate and colour it carries.
     pub variant_source: Vec<u32>,
+    /// For each variant, the input vertex whose normal it carries: the same one, but for stand-ins.
+    pub variant_normal_source: Vec<u32>,
+    /// For each variant, its texture coordinate.
+    pub variant_uv: Vec<[f32; 2]>,
+    /// For each variant, its colour.
+    pub variant_color: Vec<[u8; 4]>,
     /// For each variant, its material.
     pub variant_material: Vec<u16>,
     /// Triangles in variants.
@@ -35,12 +41,41 @@ pub(crate) struct SplitMesh {
     pub triangle_source: Vec<u32>,
     /// Input triangles left out because two corners share a position.
     pub degenerate_count: u32,
+    /// Variants at full detail; those after them are stand-ins.
+    pub full_variant_count: u32,
 }
 
 impl SplitMesh {
     /// Position of a variant.
     pub fn position_of(&self, variant: u32) -> u32 {
         self.wedge_position[self.variant_wedge[variant as usize] as usize]
+    }
+
+    /// The input vertex whose place and skinning a variant has.
+    pub fn place_source(&self, variant: u32) -> u32 {
+        if variant < self.full_variant_count {
+            self.variant_source[variant as usize]
+        } else {
+            self.position_source[self.position_of(variant) as usize]
+        }
+    }
+
+    /// Adds a variant at `position` that shows the texture coordinate and colour of one variant and the normal of another. `wedge`: the
+    /// wedge there that it joins, if it does.
+    pub fn add_stand_in(&mut self, position: u32, wedge: Option<u32>, uv_of: u32, normal_of: u32) -> u32 {
+        let (uv_of, normal_of) = (uv_of as usize, normal_of as usize);
+        let wedge = wedge.unwrap_or_else(|| {
+            self.wedge_position.push(position);
+            self.wedge_source.push(self.variant_source[uv_of]);
+            self.wedge_position.len() as u32 - 1
+        });
+        self.variant_wedge.push(wedge);
+        self.variant_source.push(self.variant_source[uv_of]);
+        self.variant_normal_source.push(self.variant_normal_source[normal_of]);
+        self.variant_uv.push(self.variant_uv[uv_of]);
+        self.variant_color.push(self.variant_color[uv_of]);
+        self.variant_material.push(self.variant_material[uv_of]);
+        self.variant_wedge.len() as u32 - 1
     }
 
     /// Wedges of each position, as offsets into the wedges: `offsets[p]..offsets[p + 1]`.
@@ -72,6 +107,10 @@ pub(crate) fn split_seams(mesh: &LodMesh<'_>) -> SplitMesh {
     }
     let position_of_vertex = number_positions(mesh, &leader, &mut split);
     split_wedges(mesh, &position_of_vertex, &mut split);
+    split.variant_normal_source = split.variant_source.clone();
+    split.variant_uv = split.variant_source.iter().map(|&v| mesh.uvs[v as usize]).collect();
+    split.variant_color = split.variant_source.iter().map(|&v| mesh.colors[v as usize]).collect();
+    split.full_variant_count = split.variant_wedge.len() as u32;
     split
 }
 

@@ -75,6 +75,12 @@ impl Topology {
         self.triangle_positions[t as usize].contains(&p)
     }
 
+    /// The corner of a triangle that is neither `a` nor `b`, two of its corners.
+    pub fn third(&self, t: u32, a: u32, b: u32) -> u32 {
+        let corners = self.triangle_positions[t as usize];
+        corners.into_iter().find(|&p| p != a && p != b).expect("a living triangle has three positions")
+    }
+
     /// Writes the edges at `p` to `spokes`, in the order in which the triangles list them.
     pub fn spokes(&self, p: u32, spokes: &mut Vec<Spoke>) {
         spokes.clear();

@@ -186,10 +186,12 @@ pub struct SeamReport {
 pub struct CollapseOrder {
     /// For each vertex of the order, the input vertex whose place and skinning it has.
     pub vertex_source: Vec<u32>,
-    /// For each vertex of the order, the input vertex whose texture coordinate, colour and normal it has: mostly the same.
+    /// For each vertex of the order, the input vertex whose texture coordinate and colour it has: mostly the same.
     /// A wedge that moves to a place where its chart is unknown keeps its own attributes there, as a vertex that only
-    /// coarser levels use.
+    /// coarser levels use: a stand-in.
     pub attribute_source: Vec<u32>,
+    /// For each vertex of the order, the input vertex whose normal it has: mostly the same.
+    pub normal_source: Vec<u32>,
     /// For each vertex of the order, its material.
     pub vertex_materials: Vec<u16>,
     /// For each vertex of the order, its class at full detail.

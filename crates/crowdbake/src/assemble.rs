@@ -252,6 +252,7 @@ fn vertex_records<'a>(baked: &'a BakedCharacter, materials: &'a [u16]) -> impl I
         VertexRecord {
             material_class: material | (class << 16),
             position: place.position,
+            normal_oct: baked.mesh.records[order.normal_source[vertex] as usize].normal_oct,
             joints: place.joints,
             weights: place.weights,
             ..attributes
