@@ -11,8 +11,9 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("crowd-pack", &[]),
     ("crowd-raster", &[]),
     ("crowd-scene", &[]),
+    ("crowd-judge", &["crowd-raster"]),
     ("crowd-stages", &["crowd-pack"]),
-    ("crowdbake", &["crowd-source", "crowd-anim", "crowd-lod", "crowd-pack", "crowd-raster"]),
+    ("crowdbake", &["crowd-source", "crowd-anim", "crowd-lod", "crowd-pack", "crowd-raster", "crowd-judge"]),
     ("crowdplay", &["crowd-stages", "crowd-scene", "crowd-pack", "crowd-raster"]),
     ("crowd-fixtures", &[]),
     (

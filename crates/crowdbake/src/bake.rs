@@ -179,7 +179,7 @@ fn select_clips(clips: Vec<RawClip>, patterns: &[String]) -> Result<Vec<RawClip>
 }
 
 /// Samples all clips, or the pose at rest where there is none; and the pose at rest for pictures and the height.
-fn sample_clips(raw: &RawCharacter, fps: f32) -> Result<(Vec<SampledClip>, Vec<Mat3x4>), Cause> {
+pub(crate) fn sample_clips(raw: &RawCharacter, fps: f32) -> Result<(Vec<SampledClip>, Vec<Mat3x4>), Cause> {
     let frames = raw.clips.iter().map(|clip| (f64::from(views::clip_end_s(clip)) * f64::from(fps)).ceil() + 1.0);
     let matrices = frames.sum::<f64>() * raw.joints.len() as f64;
     if matches!(matrices.partial_cmp(&(MATRICES as f64)), None | Some(std::cmp::Ordering::Greater)) {
@@ -241,7 +241,20 @@ fn simplify(
     watch: Watch<'_>,
 ) -> Result<CollapseOrder, crowd_lod::Error> {
     let triangle_materials = views::triangle_materials(&raw.mesh);
-    let lod_mesh = LodMesh {
+    let baked = bake_poses(clips);
+    let poses =
+        LodPoses { palettes: &baked.palettes, joint_count: raw.joints.len(), frame_weights: &baked.frame_weights };
+    let lod_mesh = lod_mesh(raw, mesh, &triangle_materials);
+    crowd_lod::simplify(&lod_mesh, &poses, options, &|share| watch(Step::Simplify, share))
+}
+
+/// The character as the simplifier sees it.
+pub(crate) fn lod_mesh<'a>(
+    raw: &'a RawCharacter,
+    mesh: &'a QuantizedMesh,
+    triangle_materials: &'a [u16],
+) -> LodMesh<'a> {
+    LodMesh {
         positions: &mesh.positions,
         normals: &mesh.normals,
         uvs: &raw.mesh.uvs,
@@ -249,17 +262,26 @@ fn simplify(
         joints: &mesh.joints,
         weights: &mesh.weights,
         triangles: &raw.mesh.triangles,
-        triangle_materials: &triangle_materials,
+        triangle_materials,
         appearance: crowd_lod::Appearance::default(),
-    };
-    let palettes: Vec<Mat3x4> = clips.iter().flat_map(|clip| clip.palettes.iter().copied()).collect();
+    }
+}
+
+/// All frames of all clips, one after another.
+pub(crate) struct BakePoses {
+    /// Frame by frame.
+    pub(crate) palettes: Vec<Mat3x4>,
+    /// One a frame, summing to 1.
+    pub(crate) frame_weights: Vec<f32>,
+}
+
+/// The frames that the simplifier sees.
+pub(crate) fn bake_poses(clips: &[SampledClip]) -> BakePoses {
     let frame_counts: Vec<u32> = clips.iter().map(|clip| clip.frame_count).collect();
-    let poses = LodPoses {
-        palettes: &palettes,
-        joint_count: raw.joints.len(),
-        frame_weights: &views::frame_weights(&frame_counts),
-    };
-    crowd_lod::simplify(&lod_mesh, &poses, options, &|share| watch(Step::Simplify, share))
+    BakePoses {
+        palettes: clips.iter().flat_map(|clip| clip.palettes.iter().copied()).collect(),
+        frame_weights: views::frame_weights(&frame_counts),
+    }
 }
 
 /// Says so when the coarsest level is far from a crowd's far field, and why.

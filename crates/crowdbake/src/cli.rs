@@ -1,5 +1,6 @@
 //! The words of the command line. What they mean is in `plan`.
 
+use crate::compare::Contender;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -59,6 +60,9 @@ pub enum Command {
     /// Bake every asset of a folder under both criteria and write a table of the results.
     #[command(after_help = "Example:\n  crowdbake survey assets/ -o REAL_ASSETS.md --pictures pictures/")]
     Survey(SurveyArgs),
+    /// Judge levels of ours and of other simplifiers side by side.
+    #[command(after_help = COMPARE_EXAMPLES)]
+    Compare(CompareArgs),
     /// Show what a bake would do, as a crowd.toml.
     #[command(after_help = "Example:\n  crowdbake print-config characters/ --fps 24 > crowd.toml")]
     PrintConfig(PrintConfigArgs),
@@ -112,6 +116,14 @@ Examples:
   crowdbake picture cast.crowdpack --character knight --clip Walk --time 0.4 -o walk.png
   crowdbake picture knight.glb --clip bind --clip Walk --clip Run -o rows.png
   crowdbake picture knight.glb --paint classes -o seams.png";
+
+const COMPARE_EXAMPLES: &str = "\
+Examples:
+  crowdbake compare knight.glb fox.glb
+  crowdbake compare knight.glb --quick --ours wedge --peers meshopt-global --ratios 25,5
+  crowdbake compare characters/ --json > compared.json
+Levels are judged in poses that no bake has seen: 24 moments half way between sampled frames, spread over all clips, and
+the pose at rest. Distances are in percent of the diagonal of the character's box.";
 
 /// Options that say how to bake; shared by everything that bakes.
 #[derive(Debug, Clone, Default, Args)]
@@ -314,6 +326,29 @@ pub struct SurveyArgs {
     pub fps: Option<f32>,
 }
 
+/// `compare`.
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// Assets, folders, patterns or manifests.
+    #[arg(required = true, value_name = "ASSET")]
+    pub inputs: Vec<PathBuf>,
+    /// Percents of the triangles.
+    #[arg(long, value_delimiter = ',', value_parser = parse_percent, default_value = "50,25,10,5,2", value_name = "P,...")]
+    pub ratios: Vec<f64>,
+    /// Fewer points: for tuning.
+    #[arg(long)]
+    pub quick: bool,
+    /// Which of our own take part.
+    #[arg(long, value_delimiter = ',', default_value = "wedge,bind", value_name = "NAME,...")]
+    pub ours: Vec<Contender>,
+    /// Which others take part.
+    #[arg(long, value_delimiter = ',', default_value = "meshopt-global,meshopt-best", value_name = "NAME,...")]
+    pub peers: Vec<Contender>,
+    /// Print JSON instead of tables.
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `print-config`.
 #[derive(Debug, Args)]
 pub struct PrintConfigArgs {
@@ -387,6 +422,13 @@ fn parse_fps(text: &str) -> Result<f32, String> {
 fn parse_ratio(text: &str) -> Result<f64, String> {
     let ratio: f64 = text.trim().parse().map_err(|_| "not a number".to_owned())?;
     if ratio > 0.0 && ratio <= 1.0 { Ok(ratio) } else { Err(format!("found {ratio}, allowed above 0 and up to 1")) }
+}
+
+/// A percent as a share.
+fn parse_percent(text: &str) -> Result<f64, String> {
+    let percent: f64 = text.trim().parse().map_err(|_| "not a number".to_owned())?;
+    let fits = percent > 0.0 && percent <= 100.0;
+    if fits { Ok(percent / 100.0) } else { Err(format!("found {percent}, allowed above 0 and up to 100")) }
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {

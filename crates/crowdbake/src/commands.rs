@@ -2,8 +2,10 @@
 
 use crate::bake::{BakedCharacter, bake_plan};
 use crate::cli::{
-    BakeArgs, BakeOptions, Cli, Command, ExportArgs, InspectArgs, PictureArgs, PrintConfigArgs, SurveyArgs, VerifyArgs,
+    BakeArgs, BakeOptions, Cli, Command, CompareArgs, ExportArgs, InspectArgs, PictureArgs, PrintConfigArgs,
+    SurveyArgs, VerifyArgs,
 };
+use crate::compare::{self, CompareRequest};
 use crate::error::{BakeError, Cause, DONE, INPUT_REFUSED, Step, USAGE};
 use crate::inspect::{inspect_asset, inspect_pack};
 use crate::output::{expect_writable, print, refuse_inputs, refuse_twins, write_whole};
@@ -14,6 +16,7 @@ use crate::talk::{Loudness, Talk};
 use crate::unpack::{Unpacked, choose_character, is_pack, open, triangle_target};
 use crate::{survey, verify};
 use clap::{CommandFactory, Parser};
+use crowd_judge::JudgeOptions;
 use crowd_pack::{LodRecord, Pack, WriteReport};
 use std::ffi::OsString;
 use std::io::Write;
@@ -53,6 +56,7 @@ pub fn run_in<A: Into<OsString> + Clone>(
         Command::Export(args) => export(&args, &talk),
         Command::Picture(args) => picture(&args, &talk),
         Command::Survey(args) => make_survey(&args, out, &mut talk),
+        Command::Compare(args) => compare(&args, out, &talk),
         Command::PrintConfig(args) => print_config(&args, out, &talk),
         Command::Completions { shell } => completions(shell, out),
     };
@@ -373,6 +377,31 @@ fn picture(args: &PictureArgs, talk: &Talk<'_>) -> Result<u8, BakeError> {
     write_whole(&args.output, &crowd_raster::encode_png(&picture))?;
     talk.note(format_args!("{}: {}x{}", args.output.display(), picture.width, picture.height));
     Ok(DONE)
+}
+
+fn compare(args: &CompareArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u8, BakeError> {
+    let started = Instant::now();
+    let plan = make_plan(&args.inputs, &BakeOptions::default(), None);
+    let mut code = say_plan(&plan, talk);
+    let options = if args.quick { JudgeOptions::QUICK } else { JudgeOptions::FULL };
+    let mut contenders = args.ours.clone();
+    contenders.extend(&args.peers);
+    let request = CompareRequest { ratios: args.ratios.clone(), contenders, options };
+    let mut characters = Vec::new();
+    for entry in &plan.entries {
+        talk.note(format_args!("{}", entry.name));
+        match compare::compare_character(entry, &request, talk) {
+            Ok(scores) => characters.push(scores),
+            Err(error) => {
+                talk.error(&error);
+                code = code.max(error.exit_code());
+            }
+        }
+    }
+    let comparison = compare::sum_up(characters, options.points, started.elapsed().as_secs_f64());
+    let text = if args.json { to_json(&comparison) } else { compare::to_text(&comparison) };
+    print(out, &text)?;
+    Ok(code)
 }
 
 fn make_survey(args: &SurveyArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> Result<u8, BakeError> {

@@ -41,6 +41,8 @@ pub enum Step {
     ChooseLevel,
     /// Draw.
     Draw,
+    /// Judge levels against the original.
+    Judge,
     /// Check a pack.
     Verify,
 }
@@ -61,6 +63,7 @@ impl Step {
             Self::Read => "read",
             Self::ChooseLevel => "choose-level",
             Self::Draw => "draw",
+            Self::Judge => "judge",
             Self::Verify => "verify",
         }
     }
@@ -120,6 +123,9 @@ pub enum Cause {
     /// The pack was refused or not written.
     #[error(transparent)]
     Pack(#[from] crowd_pack::Error),
+    /// A character cannot be judged.
+    #[error(transparent)]
+    Judge(#[from] crowd_judge::Error),
     /// An image did not decode.
     #[error(transparent)]
     Raster(#[from] crowd_raster::Error),

@@ -7,6 +7,7 @@ pub mod assemble;
 pub mod bake;
 pub mod cli;
 mod commands;
+pub mod compare;
 pub mod crowd_toml;
 pub mod error;
 pub mod export;

@@ -1,0 +1,176 @@
+//! Known answers, and changes that must show.
+
+use crate::*;
+use crowd_raster::{Material, Wrap};
+
+const REST: Mat3x4 = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+const OPTIONS: JudgeOptions = JudgeOptions { points: 2000 };
+
+pub(crate) fn paint() -> Paint {
+    let material = Material {
+        base_color: [1.0; 4],
+        texture: None,
+        wrap_u: Wrap::Repeat,
+        wrap_v: Wrap::Repeat,
+        alpha_cutoff: 0.0,
+        double_sided: false,
+        unlit: false,
+        flat: false,
+    };
+    Paint { materials: vec![material], textures: Vec::new() }
+}
+
+/// A square of 3 m x 4 m in the plane z = 0, looking along z: a diagonal of 5 m.
+pub(crate) fn square() -> SkinnedMesh {
+    SkinnedMesh {
+        positions: vec![[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 4.0, 0.0], [0.0, 4.0, 0.0]],
+        normals: vec![[0.0, 0.0, 1.0]; 4],
+        uvs: vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
+        colors: vec![[255; 4]; 4],
+        joints: vec![[0; 4]; 4],
+        weights: vec![[1.0, 0.0, 0.0, 0.0]; 4],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        triangle_materials: vec![0, 0],
+    }
+}
+
+fn judge(level: SkinnedMesh, moving: Vec<Vec<Mat3x4>>) -> Verdict {
+    let poses = JudgedPoses { rest: vec![REST], moving };
+    Judge::new(square(), paint(), &poses, OPTIONS).unwrap().judge(level).unwrap()
+}
+
+fn near(found: f64, expected: f64) {
+    assert!((found - expected).abs() <= 1e-4 * expected.abs().max(0.3), "found {found}, expected {expected}");
+}
+
+#[test]
+fn the_original_is_no_way_from_itself() {
+    let verdict = judge(square(), Vec::new());
+    near(verdict.animated_rms, 0.0);
+    near(verdict.max, 0.0);
+    near(verdict.normal_deg, 0.0);
+    near(verdict.color_rms, 0.0);
+    assert_eq!((verdict.triangles, verdict.max_pose), (2, None));
+}
+
+#[test]
+fn planes_half_a_metre_apart() {
+    let mut level = square();
+    level.positions.iter_mut().for_each(|p| p[2] = 0.5);
+    let verdict = judge(level, Vec::new());
+    for found in [verdict.animated_rms, verdict.rest_rms, verdict.mean, verdict.p99, verdict.max] {
+        near(found, 10.0);
+    }
+    near(verdict.normal_deg, 0.0);
+}
+
+/// Half of the square missing: nothing from the level's side, up to 2 m from the original's.
+#[test]
+fn what_is_missing_counts_from_the_originals_side() {
+    let mut level = square();
+    level.positions[2][1] = 2.0;
+    level.positions[3][1] = 2.0;
+    let verdict = judge(level, Vec::new());
+    // Of the original's points one half lies 0 to 2 m away, evenly; of both sides' points a quarter.
+    assert!((verdict.mean - 100.0 * 0.25 / 5.0).abs() < 0.02, "{verdict:?}");
+    assert!((verdict.animated_rms - 100.0 * (1.0_f64 / 3.0).sqrt() / 5.0).abs() < 0.05, "{verdict:?}");
+    assert!(verdict.max > 39.0 && verdict.max <= 40.0, "{verdict:?}");
+}
+
+#[test]
+fn only_the_pose_that_moves_it_away_shows_it() {
+    // The level's upper half hangs on joint 1, the original on joint 0.
+    let mut level = square();
+    level.joints = vec![[1, 0, 0, 0]; 4];
+    let away = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.25]];
+    let poses = JudgedPoses { rest: vec![REST; 2], moving: vec![vec![REST; 2], vec![REST, away]] };
+    let verdict = Judge::new(square(), paint(), &poses, OPTIONS).unwrap().judge(level).unwrap();
+    near(verdict.rest_rms, 0.0);
+    near(verdict.animated_rms, 5.0 * 0.5_f64.sqrt());
+    near(verdict.max, 5.0);
+    assert_eq!(verdict.max_pose, Some(1));
+}
+
+#[test]
+fn normals_tilted_by_ten_degrees() {
+    let (sine, cosine) = (libm::sinf(10.0_f32.to_radians()), libm::cosf(10.0_f32.to_radians()));
+    let mut level = square();
+    level.normals = vec![[sine, 0.0, cosine]; 4];
+    near(judge(level.clone(), Vec::new()).normal_deg, 10.0);
+    // A flat material has the face's own normals, whatever the vertices say.
+    let mut flat = paint();
+    flat.materials[0].flat = true;
+    let poses = JudgedPoses { rest: vec![REST], moving: Vec::new() };
+    near(Judge::new(square(), flat, &poses, OPTIONS).unwrap().judge(level).unwrap().normal_deg, 0.0);
+}
+
+#[test]
+fn a_face_that_looks_the_other_way_is_not_compared() {
+    // A thin box: the level's front lies nearer to the original's back than to its front.
+    let sheet = |front_z: f32, back: [u8; 4]| {
+        let mut mesh = square();
+        let mut other = square();
+        mesh.positions.iter_mut().for_each(|p| p[2] = front_z);
+        other.normals = vec![[0.0, 0.0, -1.0]; 4];
+        other.colors = vec![back; 4];
+        mesh.positions.extend(other.positions);
+        mesh.normals.extend(other.normals);
+        mesh.uvs.extend(other.uvs);
+        mesh.colors.extend(other.colors);
+        mesh.joints.extend(other.joints);
+        mesh.weights.extend(other.weights);
+        mesh.triangles.extend([[4, 6, 5], [4, 7, 6]]);
+        mesh.triangle_materials.extend([0, 0]);
+        mesh
+    };
+    let poses = JudgedPoses { rest: vec![REST], moving: Vec::new() };
+    let black = [0, 0, 0, 255];
+    let judge = Judge::new(sheet(0.1, black), paint(), &poses, OPTIONS).unwrap();
+    let verdict = judge.judge(sheet(0.01, black)).unwrap();
+    near(verdict.normal_deg, 0.0);
+    near(verdict.color_rms, 0.0);
+    assert!(judge.judge(sheet(0.1, [255; 4])).unwrap().color_rms > 0.5);
+}
+
+#[test]
+fn a_red_that_turns_half_way_to_black() {
+    let mut level = square();
+    // Linear 0.2140 is half of the way to white in sRGB; 55 of 255 is 0.2157.
+    level.colors = vec![[255, 55, 255, 255]; 4];
+    let half = 1.0 - (1.055 * libm::pow(55.0 / 255.0, 1.0 / 2.4) - 0.055);
+    near(judge(level, Vec::new()).color_rms, half / 3.0_f64.sqrt());
+}
+
+#[test]
+fn what_does_not_fit_is_refused() {
+    let poses = JudgedPoses { rest: vec![REST], moving: Vec::new() };
+    let judge = Judge::new(square(), paint(), &poses, OPTIONS).unwrap();
+    let broken: [fn(&mut SkinnedMesh); 8] = [
+        |mesh| mesh.triangles[0][1] = 4,
+        |mesh| mesh.joints[2][3] = 1,
+        |mesh| mesh.triangle_materials[1] = 1,
+        |mesh| mesh.normals.truncate(3),
+        |mesh| mesh.positions[0][1] = f32::NAN,
+        |mesh| mesh.triangles = vec![[0, 1, 1], [0, 0, 0]],
+        |mesh| mesh.triangle_materials.truncate(1),
+        |mesh| *mesh = SkinnedMesh::default(),
+    ];
+    for (i, break_it) in broken.into_iter().enumerate() {
+        let mut level = square();
+        break_it(&mut level);
+        assert!(judge.judge(level.clone()).is_err(), "{i}");
+        assert!(Judge::new(level, paint(), &poses, OPTIONS).is_err(), "{i}");
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let mut level = square();
+    level.positions[2] = [2.5, 3.5, 0.25];
+    let moving = vec![vec![REST]; 7];
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let many = rayon::ThreadPoolBuilder::new().num_threads(8).build().unwrap();
+    let first = alone.install(|| judge(level.clone(), moving.clone()));
+    assert_eq!(first, many.install(|| judge(level, moving)));
+    assert!(first.animated_rms > 0.0);
+}

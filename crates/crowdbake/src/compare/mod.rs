@@ -1,0 +1,124 @@
+//! Judges levels of ours and of other tools side by side, at equal triangle counts over held-out poses.
+//!
+//! `subject` prepares a character, `contenders` names who takes part, `ours` and `meshopt_peers` make their levels,
+//! `crowd-judge` judges them, `scores` sums up over characters, `tables` writes.
+
+mod contenders;
+mod meshopt_peers;
+mod ours;
+mod scores;
+mod subject;
+mod tables;
+
+pub use contenders::Contender;
+pub use scores::{CharacterScores, Comparison, Means, Score};
+pub(crate) use tables::to_text;
+
+use crate::error::{BakeError, Step};
+use crate::plan::PlanEntry;
+use crate::talk::Talk;
+use crowd_judge::{JudgeOptions, SkinnedMesh};
+use std::time::Instant;
+use subject::Subject;
+
+/// What to compare.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CompareRequest {
+    /// Shares of the triangles, 0 to 1.
+    pub ratios: Vec<f64>,
+    /// Who takes part.
+    pub contenders: Vec<Contender>,
+    /// How much is measured.
+    pub options: JudgeOptions,
+}
+
+/// A level that a contender made.
+struct MadeLevel {
+    mesh: SkinnedMesh,
+    /// Seconds that it took; for one order that gives all levels, those of the order.
+    seconds: f64,
+}
+
+/// Compares on one character.
+///
+/// # Errors
+/// The first step that refuses the character; an original that has no area.
+pub(crate) fn compare_character(
+    entry: &PlanEntry,
+    request: &CompareRequest,
+    talk: &Talk<'_>,
+) -> Result<CharacterScores, BakeError> {
+    let subject = Subject::load(entry, request.options)?;
+    let full = subject.raw.mesh.triangles.len() as f64;
+    // At least one triangle; the epsilon keeps 0.1 * 30 from becoming 2.
+    let targets: Vec<u32> = request.ratios.iter().map(|ratio| ((full * ratio + 1e-6) as u32).max(1)).collect();
+    let mut scores = Vec::new();
+    for &contender in &request.contenders {
+        let started = Instant::now();
+        let made = make_levels(&subject, contender, &targets)
+            .map_err(|cause| BakeError::of(Step::Simplify, &entry.name, *cause))?;
+        let made_s = started.elapsed().as_secs_f64();
+        for ((level, &target), &ratio) in made.into_iter().zip(&targets).zip(&request.ratios) {
+            scores.push(judge_level(&subject, contender, ratio, target, level)?);
+        }
+        let judged_s = started.elapsed().as_secs_f64() - made_s;
+        let name = contender.name();
+        talk.detail(format_args!("  {}: {name}: made in {made_s:.2} s, judged in {judged_s:.2} s", entry.name));
+    }
+    Ok(CharacterScores {
+        name: entry.name.clone(),
+        triangles: subject.raw.mesh.triangles.len() as u32,
+        diagonal_m: subject.judge.diagonal_m(),
+        moments: subject.moments.len() as u32,
+        scores,
+    })
+}
+
+/// One level for each target, or `None` where the contender leaves nothing to judge.
+fn make_levels(
+    subject: &Subject,
+    contender: Contender,
+    targets: &[u32],
+) -> Result<Vec<Option<MadeLevel>>, Box<crate::error::Cause>> {
+    if contender.is_ours() {
+        ours::make_levels(subject, contender, targets).map_err(|error| Box::new(error.into()))
+    } else {
+        Ok(targets.iter().map(|&target| meshopt_peers::make_level(subject, contender, target)).collect())
+    }
+}
+
+fn judge_level(
+    subject: &Subject,
+    contender: Contender,
+    ratio: f64,
+    target: u32,
+    level: Option<MadeLevel>,
+) -> Result<Score, BakeError> {
+    let seconds = level.as_ref().map_or(0.0, |level| level.seconds);
+    // A level without any area is not an error of the input: there is nothing to judge.
+    let verdict = level.and_then(|level| subject.judge.judge(level.mesh).ok());
+    let moment = verdict.and_then(|verdict| verdict.max_pose).map(|pose| &subject.moments[pose as usize]);
+    Ok(Score {
+        contender: contender.name(),
+        ratio,
+        target,
+        reached: verdict.is_some_and(|verdict| f64::from(verdict.triangles) <= f64::from(target) * 1.01),
+        seconds,
+        max_clip: moment.map(|moment| moment.clip.clone()),
+        max_time_s: moment.map(|moment| moment.time_s),
+        verdict,
+    })
+}
+
+/// Puts characters together and adds the means.
+pub(crate) fn sum_up(characters: Vec<CharacterScores>, points: u32, seconds: f64) -> Comparison {
+    Comparison {
+        schema_version: crate::report::SCHEMA_VERSION,
+        generator: format!("crowdbake {}", env!("CARGO_PKG_VERSION")),
+        command: "compare",
+        points,
+        means: scores::means_of(&characters),
+        characters,
+        seconds,
+    }
+}
