@@ -260,7 +260,8 @@ impl ClosestTriangles {
             let corners = triangles[t as usize].map(|v| positions[v as usize]);
             if let Some(facing) = facing {
                 let n = cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]));
-                if !(dot(n, facing) > 0.0) {
+                let faces = dot(n, facing) > 0.0;
+                if !faces {
                     return;
                 }
             }

@@ -135,12 +135,12 @@ fn weld_positions(mesh: &LodMesh<'_>, layers: &[u16]) -> Vec<u32> {
 }
 
 /// Bits of a number with -0 taken for 0.
-fn zero_signless_bits(x: f32) -> u32 {
+pub(crate) fn zero_signless_bits(x: f32) -> u32 {
     if x == 0.0 { 0 } else { x.to_bits() }
 }
 
 /// Influences in a form that is equal when they move a point alike: 1/65535 steps, by joint, zeros left out.
-fn skinning_key(joints: [u16; 4], weights: [f32; 4]) -> [(u16, u16); 4] {
+pub(crate) fn skinning_key(joints: [u16; 4], weights: [f32; 4]) -> [(u16, u16); 4] {
     let mut key = [(u16::MAX, 0_u16); 4];
     let mut used = 0;
     for i in 0..4 {

@@ -1,0 +1,56 @@
+//! Full detail as the fit sees it: its triangles, posed in the frames that count, with points spread over it.
+
+use crate::closest::ClosestTriangles;
+use crate::measure::{Sample, spread_samples};
+use crate::quadrics::{choose_frames, pose_position};
+use crate::{CollapseOrder, LodMesh, LodPoses, Mat3x4};
+use rayon::prelude::*;
+
+/// Posed vertices kept at most, over all frames: 400 MB.
+const POSED_LIMIT: usize = 1 << 25;
+
+/// A frame that counts.
+pub(crate) struct Frame<'a> {
+    /// One matrix per joint.
+    pub palette: &'a [Mat3x4],
+    /// Share of the frame in the mean; all sum to about 1.
+    pub weight: f64,
+    /// Full detail's vertices in this frame.
+    pub posed: Vec<[f32; 3]>,
+    /// Its triangles in this frame.
+    pub tree: ClosestTriangles,
+}
+
+/// The surface that a level is held against.
+pub(crate) struct FullDetail<'a> {
+    pub mesh: &'a LodMesh<'a>,
+    /// The order's triangles, in vertices of `mesh`.
+    pub triangles: Vec<[u32; 3]>,
+    pub frames: Vec<Frame<'a>>,
+}
+
+impl<'a> FullDetail<'a> {
+    /// Poses the order's triangles in at most `frame_limit` frames.
+    pub fn new(mesh: &'a LodMesh<'a>, poses: &LodPoses<'a>, order: &CollapseOrder, frame_limit: u32) -> Self {
+        let triangles: Vec<[u32; 3]> = order.triangle_source.iter().map(|&t| mesh.triangles[t as usize]).collect();
+        let limit = (frame_limit as usize).clamp(1, (POSED_LIMIT / mesh.positions.len().max(1)).max(1));
+        let tree = ClosestTriangles::new(mesh.positions, &triangles);
+        let frames = choose_frames(poses.frame_weights, limit)
+            .into_par_iter()
+            .map(|(frame, weight)| {
+                let palette = &poses.palettes[frame * poses.joint_count..][..poses.joint_count];
+                let pose = |v: usize| pose_position(mesh.positions[v], mesh.joints[v], mesh.weights[v], palette);
+                let posed: Vec<[f32; 3]> = (0..mesh.positions.len()).map(pose).collect();
+                let mut tree = tree.clone();
+                tree.refit(&posed, &triangles);
+                Frame { palette, weight: f64::from(weight), posed, tree }
+            })
+            .collect();
+        Self { mesh, triangles, frames }
+    }
+
+    /// Points spread evenly over the bind pose.
+    pub fn spread(&self, count: u32) -> Vec<Sample> {
+        spread_samples(self.mesh.positions, &self.triangles, count)
+    }
+}

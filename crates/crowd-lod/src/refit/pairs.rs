@@ -1,0 +1,167 @@
+//! Finds, for points on both surfaces, the closest point on the other: what the fit pulls together.
+
+use super::full_detail::FullDetail;
+use super::shape::Shape;
+use crate::Mat3x4;
+use crate::closest::{ClosestTriangles, Hit};
+use crate::measure::{Sample, spread_samples};
+use crate::quadrics::{cross, dot, sub};
+use rayon::prelude::*;
+
+/// What the closest point lies on: along what it may slide without the distance growing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Contact {
+    /// A face with this unit normal.
+    Face([f32; 3]),
+    /// An edge with this unit direction.
+    Edge([f32; 3]),
+    /// A corner.
+    Corner,
+}
+
+/// A point on the level and the point on full detail that it should be at.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pair {
+    /// Frame, an index into those of [`FullDetail`].
+    pub frame: u32,
+    /// Triangle of the level.
+    pub triangle: u32,
+    /// Weights of its corners.
+    pub weights: [f32; 3],
+    /// Triangle of full detail.
+    pub full_triangle: u32,
+    /// Weights of its corners.
+    pub full_weights: [f32; 3],
+    /// From full detail to the level, metres.
+    pub offset: [f32; 3],
+    pub contact: Contact,
+    /// Share in the mean: all pairs of a side sum to about 1.
+    pub share: f32,
+}
+
+/// Points on both surfaces, the same ones in every round, each watched in one frame.
+pub(crate) struct Probes {
+    full: Vec<Sample>,
+    level: Vec<Sample>,
+    tree: ClosestTriangles,
+}
+
+impl Probes {
+    /// Spreads `count` points over each side.
+    pub fn new(full: &FullDetail<'_>, shape: &Shape, count: u32) -> Self {
+        let bind = shape.bind();
+        Self {
+            full: full.spread(count),
+            level: spread_samples(&bind, &shape.triangles, count),
+            tree: ClosestTriangles::new(&bind, &shape.triangles),
+        }
+    }
+
+    /// All pairs of the shape with its mean squared distance over both sides. `facing`: only faces that look the same way
+    /// are paired.
+    pub fn pair(
+        &self,
+        full: &FullDetail<'_>,
+        shape: &Shape,
+        matrices: &[Vec<Mat3x4>],
+        facing: bool,
+    ) -> (Vec<Pair>, f64) {
+        let by_frame: Vec<(Vec<Pair>, f64)> =
+            (0..full.frames.len()).into_par_iter().map(|f| self.pair_frame(full, shape, matrices, f, facing)).collect();
+        let sum = by_frame.iter().map(|b| b.1).sum::<f64>();
+        (by_frame.into_iter().flat_map(|b| b.0).collect(), sum / 2.0)
+    }
+
+    fn pair_frame(
+        &self,
+        full: &FullDetail<'_>,
+        shape: &Shape,
+        matrices: &[Vec<Mat3x4>],
+        f: usize,
+        facing: bool,
+    ) -> (Vec<Pair>, f64) {
+        let frame = &full.frames[f];
+        let posed = shape.pose(&matrices[f]);
+        let mut tree = self.tree.clone();
+        tree.refit(&posed, &shape.triangles);
+        let mut pairs = Vec::with_capacity((self.full.len() + self.level.len()) / full.frames.len() + 2);
+        let mut sum = 0.0;
+        let step = full.frames.len();
+        let share = |count: usize| (frame.weight * step as f64 / count.max(1) as f64) as f32;
+        let to_level = share(self.full.len());
+        let mut last = None;
+        for sample in self.full.iter().skip(f).step_by(step) {
+            let (corners, weights, point) = place(sample, &frame.posed, &full.triangles);
+            let facing = facing.then(|| normal(corners));
+            let Some(hit) = tree.closest_point(point, &posed, &shape.triangles, facing, last) else { continue };
+            last = Some(hit.triangle);
+            let corners = shape.triangles[hit.triangle as usize].map(|v| posed[v as usize]);
+            let at = mix(corners, hit.weights);
+            sum += f64::from(to_level * hit.distance_squared);
+            pairs.push(Pair {
+                frame: f as u32,
+                triangle: hit.triangle,
+                weights: hit.weights,
+                full_triangle: sample.triangle,
+                full_weights: weights,
+                offset: sub(at, point),
+                contact: contact(&hit, corners),
+                share: to_level,
+            });
+        }
+        let to_full = share(self.level.len());
+        let mut last = None;
+        for sample in self.level.iter().skip(f).step_by(step) {
+            let (corners, weights, point) = place(sample, &posed, &shape.triangles);
+            let facing = facing.then(|| normal(corners));
+            let Some(hit) = frame.tree.closest_point(point, &frame.posed, &full.triangles, facing, last) else {
+                continue;
+            };
+            last = Some(hit.triangle);
+            let corners = full.triangles[hit.triangle as usize].map(|v| frame.posed[v as usize]);
+            sum += f64::from(to_full * hit.distance_squared);
+            pairs.push(Pair {
+                frame: f as u32,
+                triangle: sample.triangle,
+                weights,
+                full_triangle: hit.triangle,
+                full_weights: hit.weights,
+                offset: sub(point, mix(corners, hit.weights)),
+                contact: contact(&hit, corners),
+                share: to_full,
+            });
+        }
+        (pairs, sum)
+    }
+}
+
+fn place(sample: &Sample, posed: &[[f32; 3]], triangles: &[[u32; 3]]) -> ([[f32; 3]; 3], [f32; 3], [f32; 3]) {
+    let corners = triangles[sample.triangle as usize].map(|v| posed[v as usize]);
+    let [s, t] = sample.weights;
+    let weights = [s, t, 1.0 - s - t];
+    (corners, weights, mix(corners, weights))
+}
+
+fn contact(hit: &Hit, corners: [[f32; 3]; 3]) -> Contact {
+    let unit = |v: [f32; 3]| {
+        let length = dot(v, v).sqrt();
+        (length > f32::MIN_POSITIVE).then(|| v.map(|c| c / length))
+    };
+    let edge = |i: usize, j: usize| unit(sub(corners[j], corners[i])).map_or(Contact::Corner, Contact::Edge);
+    match hit.weights.map(|w| w > 0.0) {
+        [true, true, true] => unit(normal(corners)).map_or(Contact::Corner, Contact::Face),
+        [true, true, false] => edge(0, 1),
+        [false, true, true] => edge(1, 2),
+        [true, false, true] => edge(2, 0),
+        _ => Contact::Corner,
+    }
+}
+
+fn normal([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
+    cross(sub(b, a), sub(c, a))
+}
+
+/// A point by the weights of three corners.
+pub(crate) fn mix(corners: [[f32; 3]; 3], weights: [f32; 3]) -> [f32; 3] {
+    [0, 1, 2].map(|i| corners[0][i] * weights[0] + corners[1][i] * weights[1] + corners[2][i] * weights[2])
+}

@@ -1,0 +1,205 @@
+//! The whole of [`refit`]: on shapes whose best fit is known, on seams, and on what is hardly a mesh.
+
+use super::*;
+use crate::test_meshes::*;
+use crate::{Mat3x4, MeasuredError, measure_level, reform, simplify};
+use proptest::prelude::*;
+
+fn order_of(mesh: &TestMesh, poses: &TestPoses) -> CollapseOrder {
+    simplify(&mesh.mesh(), &poses.poses(), &quick(), &|_| ()).expect("a valid mesh")
+}
+
+/// The finest level with at most this many triangles.
+fn level_at(order: &CollapseOrder, triangles: u32) -> Level {
+    let above = order.levels.partition_point(|level| level.triangle_count <= triangles);
+    order.levels[above.max(1) - 1]
+}
+
+/// How far a level is from full detail, on points of [`measure_level`]'s own.
+fn distance(mesh: &TestMesh, order: &CollapseOrder, level: &LevelMesh, poses: &TestPoses) -> MeasuredError {
+    let base = mesh.positions.len() as u32;
+    let positions = [mesh.positions.as_slice(), &level.positions].concat();
+    let joints = [mesh.joints.as_slice(), &level.joints].concat();
+    let weights = [mesh.weights.as_slice(), &level.weights].concat();
+    let full: Vec<[u32; 3]> = order.triangle_source.iter().map(|&t| mesh.triangles[t as usize]).collect();
+    let moved: Vec<[u32; 3]> = level.triangles.iter().map(|t| t.map(|v| v + base)).collect();
+    measure_level(&positions, &joints, &weights, &full, &moved, &poses.poses(), 4000)
+}
+
+fn before_and_after(mesh: &TestMesh, poses: &TestPoses, held_out: &TestPoses, triangles: u32) -> [MeasuredError; 2] {
+    let order = order_of(mesh, poses);
+    let level = level_at(&order, triangles);
+    let before = level_mesh(&mesh.mesh(), &order, &level);
+    let after = refit(&mesh.mesh(), &poses.poses(), &order, &level, &RefitOptions::default());
+    check_level(&before, &after);
+    [before, after].map(|level| distance(mesh, &order, &level, held_out))
+}
+
+/// Finite everywhere, unit normals, weights that sum to 1, and the same connectivity.
+fn check_level(before: &LevelMesh, after: &LevelMesh) {
+    assert_eq!((&before.vertices, &before.triangles), (&after.vertices, &after.triangles));
+    assert!(after.positions.as_flattened().iter().chain(after.uvs.as_flattened()).all(|c| c.is_finite()));
+    for v in 0..after.vertices.len() {
+        let [x, y, z] = after.normals[v];
+        let length = (x * x + y * y + z * z).sqrt();
+        assert!((length - 1.0).abs() < 1.0e-3 || after.normals[v] == before.normals[v], "{:?}", after.normals[v]);
+        let sum: f32 = after.weights[v].iter().sum();
+        assert!((sum - 1.0).abs() < 1.0e-3 && after.weights[v].iter().all(|&w| w >= 0.0), "{:?}", after.weights[v]);
+    }
+}
+
+/// Turns about x, around the point (0, 0, `height`).
+fn bend(angle: f32, height: f32) -> Mat3x4 {
+    let (sine, cosine) = (libm::sinf(angle), libm::cosf(angle));
+    [[1.0, 0.0, 0.0, 0.0], [0.0, cosine, -sine, sine * height], [0.0, sine, cosine, height - cosine * height]]
+}
+
+/// An arm along z with its elbow in the middle, and poses from straight to bent by `angles`.
+fn arm(angles: &[f32]) -> (TestMesh, TestPoses) {
+    let mut mesh = tube(24, 48, 12.0, true);
+    for v in 0..mesh.positions.len() {
+        let along = ((mesh.positions[v][2] - 5.0) / 2.0).clamp(0.0, 1.0);
+        mesh.joints[v] = [0, 1, 0, 0];
+        mesh.weights[v] = [1.0 - along, along, 0.0, 0.0];
+    }
+    let palettes = angles.iter().flat_map(|&angle| [REST, bend(angle, 6.0)]).collect();
+    (mesh, TestPoses::even(palettes, 2))
+}
+
+#[test]
+fn inscribed_sphere_grows_to_the_mean() {
+    let mesh = uv_sphere(48, 32);
+    for triangles in [600, 200] {
+        let [before, after] = before_and_after(&mesh, &TestPoses::rest(), &TestPoses::rest(), triangles);
+        assert!(after.rms_m * 1.5 <= before.rms_m, "{triangles}: {before:?} {after:?}");
+    }
+}
+
+#[test]
+fn bent_arm_comes_closer_in_poses_not_seen() {
+    let (mesh, poses) = arm(&[0.0, 0.5, 1.0, 1.5, 2.0]);
+    let (_, held_out) = arm(&[0.25, 0.75, 1.25, 1.75]);
+    let [before, after] = before_and_after(&mesh, &poses, &held_out, 300);
+    assert!(after.rms_m * 1.4 <= before.rms_m, "{before:?} {after:?}");
+}
+
+/// Where input vertices were welded, the level's vertices still are.
+#[test]
+fn seams_stay_together_to_the_bit() {
+    for mesh in [arm(&[0.0]).0, tube(16, 12, 6.0, true), uv_sphere(24, 16)] {
+        let (_, poses) = arm(&[0.0, 1.0, 2.0]);
+        let order = order_of(&mesh, &poses);
+        let level = level_at(&order, mesh.triangles.len() as u32 / 4);
+        let before = level_mesh(&mesh.mesh(), &order, &level);
+        let after = refit(&mesh.mesh(), &poses.poses(), &order, &level, &RefitOptions::default());
+        let mut together = 0;
+        for a in 0..before.vertices.len() {
+            for b in 0..a {
+                if before.positions[a] == before.positions[b] {
+                    together += 1;
+                    assert_eq!(after.positions[a].map(f32::to_bits), after.positions[b].map(f32::to_bits));
+                    assert_eq!((after.joints[a], after.weights[a]), (after.joints[b], after.weights[b]));
+                }
+            }
+        }
+        assert!(together > 0 && after.positions != before.positions);
+    }
+}
+
+#[test]
+fn texture_triangles_keep_their_side() {
+    let mesh = grid(24, 24, |x, y| libm::sinf(x as f32 * 0.4) * libm::cosf(y as f32 * 0.3) * 2.0, |x, _| x == 11);
+    let order = order_of(&mesh, &TestPoses::rest());
+    for triangles in [400, 150, 60] {
+        let level = level_at(&order, triangles);
+        let before = level_mesh(&mesh.mesh(), &order, &level);
+        let after = refit(&mesh.mesh(), &TestPoses::rest().poses(), &order, &level, &RefitOptions::default());
+        for t in &before.triangles {
+            let area = |level: &LevelMesh| {
+                let [a, b, c] = t.map(|v| level.uvs[v as usize]);
+                (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+            };
+            assert!(area(&before) * area(&after) >= 0.0);
+        }
+        // Rims run straight along v = 0 and v = 1: who was there stays there.
+        for (before, after) in before.uvs.iter().zip(&after.uvs) {
+            assert!((-1.0e-5..=1.00001).contains(&after[1]), "{after:?}");
+            assert!(
+                (before[1] != 0.0 && before[1] != 1.0) || (after[1] - before[1]).abs() < 1.0e-5,
+                "{before:?} {after:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn same_bits_for_any_number_of_threads() {
+    let (mesh, poses) = arm(&[0.0, 0.7, 1.4]);
+    let order = order_of(&mesh, &poses);
+    let level = level_at(&order, 400);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| refit(&mesh.mesh(), &poses.poses(), &order, &level, &RefitOptions::default()))
+    };
+    let [one, two, eight] = [run(1), run(2), run(8)];
+    assert_eq!(one, two);
+    assert_eq!(one, eight);
+}
+
+#[test]
+fn no_rounds_leave_the_level() {
+    let mesh = uv_sphere(12, 8);
+    let order = order_of(&mesh, &TestPoses::rest());
+    let level = level_at(&order, 60);
+    let options = RefitOptions { rounds: 0, ..RefitOptions::default() };
+    let same = refit(&mesh.mesh(), &TestPoses::rest().poses(), &order, &level, &options);
+    assert_eq!(same, level_mesh(&mesh.mesh(), &order, &level));
+}
+
+#[test]
+fn hardly_a_mesh_does_no_harm() {
+    let mut one = TestMesh::default();
+    let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(|p| one.vertex(p, [p[0], p[1]]));
+    one.triangle(corners);
+    let mut thread = TestMesh::default();
+    for x in 0..4 {
+        thread.vertex([x as f32, 0.0, 0.0], [0.0; 2]);
+    }
+    thread.triangle([0, 1, 2]);
+    thread.triangle([1, 2, 3]);
+    let mut sheets = grid(6, 6, |x, y| ((x * y) % 3) as f32, |_, _| false);
+    sheets.append(&sheets.clone());
+    sheets.append(&thread);
+    let nothing = [[0.0; 4]; 3];
+    for mesh in [one, thread, sheets, TestMesh::default()] {
+        for poses in [TestPoses::rest(), TestPoses::even(vec![REST, nothing, REST], 1)] {
+            let order = order_of(&mesh, &poses);
+            for level in &order.levels {
+                let before = level_mesh(&mesh.mesh(), &order, level);
+                let after = refit(&mesh.mesh(), &poses.poses(), &order, level, &RefitOptions::default());
+                check_level(&before, &after);
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Measured on other points than those it was fitted to.
+    #[test]
+    fn no_level_gets_further_away(heights in prop::collection::vec(-1.0_f32..1.0, 121), share in 0.05_f32..0.8) {
+        let mesh = grid(10, 10, |x, y| heights[y * 11 + x], |x, y| x == 5 && y > 3);
+        let order = order_of(&mesh, &TestPoses::rest());
+        let level = level_at(&order, (200.0 * share) as u32);
+        let before = level_mesh(&mesh.mesh(), &order, &level);
+        let after = refit(&mesh.mesh(), &TestPoses::rest().poses(), &order, &level, &RefitOptions::default());
+        check_level(&before, &after);
+        let [b, a] = [&before, &after].map(|level| distance(&mesh, &order, level, &TestPoses::rest()).rms_m);
+        prop_assert!(a <= b * 1.01 + 1.0e-6, "{b} {a}");
+        prop_assert_eq!(
+            reform(&order.triangles, &order.collapse_map, level.vertex_count, level.triangle_count).len(),
+            after.triangles.len()
+        );
+    }
+}
