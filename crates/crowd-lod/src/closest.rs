@@ -1,5 +1,9 @@
 //! Finds the closest triangle to a point: a box tree built once and refitted for each pose.
 
+mod point;
+
+pub(crate) use point::Hit;
+
 use crate::quadrics::{cross, dot, sub};
 
 /// Triangles in a leaf at most.
@@ -22,17 +26,6 @@ pub(crate) struct NodeGroups {
     of_triangle: Vec<u32>,
     /// The group that all triangles below a node are of, or `u32::MAX`.
     of_node: Vec<u32>,
-}
-
-/// The closest point of a mesh to a point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Hit {
-    /// Triangle it lies on.
-    pub triangle: u32,
-    /// Weights of the triangle's corners, summing to 1; exactly 0 for a corner across an edge or vertex it lies on.
-    pub weights: [f32; 3],
-    /// Squared distance.
-    pub distance_squared: f32,
 }
 
 /// A box tree over the triangles of a mesh.
@@ -241,65 +234,6 @@ impl ClosestTriangles {
         best
     }
 
-    /// The closest point on the triangles whose normal has a part along `facing` (on all of them without it); the lowest
-    /// triangle where several are equally close. `first`: a triangle that is likely close, for speed alone.
-    pub fn closest_point(
-        &self,
-        point: [f32; 3],
-        positions: &[[f32; 3]],
-        triangles: &[[u32; 3]],
-        facing: Option<[f32; 3]>,
-        first: Option<u32>,
-    ) -> Option<Hit> {
-        if self.nodes.is_empty() {
-            return None;
-        }
-        let mut best: Option<Hit> = None;
-        let mut limit = f32::INFINITY;
-        let mut try_triangle = |t: u32, limit: &mut f32| {
-            let corners = triangles[t as usize].map(|v| positions[v as usize]);
-            if let Some(facing) = facing {
-                let n = cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]));
-                let faces = dot(n, facing) > 0.0;
-                if !faces {
-                    return;
-                }
-            }
-            let (weights, distance_squared) = closest_on_triangle(point, corners);
-            if distance_squared < *limit || (distance_squared == *limit && best.is_none_or(|hit| t < hit.triangle)) {
-                *limit = distance_squared;
-                best = Some(Hit { triangle: t, weights, distance_squared });
-            }
-        };
-        if let Some(t) = first.filter(|&t| (t as usize) < triangles.len()) {
-            try_triangle(t, &mut limit);
-        }
-        let mut stack = [(0_u32, 0.0_f32); 64];
-        let mut depth = 1;
-        stack[0] = (0, self.box_distance(0, point));
-        while depth > 0 {
-            depth -= 1;
-            let (at, distance) = stack[depth];
-            if distance > limit {
-                continue;
-            }
-            let node = &self.nodes[at as usize];
-            if node.second == 0 {
-                for &t in &self.order[node.start as usize..node.end as usize] {
-                    try_triangle(t, &mut limit);
-                }
-                continue;
-            }
-            let (a, b) = (at + 1, node.second);
-            let (to_a, to_b) = (self.box_distance(a, point), self.box_distance(b, point));
-            let (near, far) = if to_a <= to_b { ((a, to_a), (b, to_b)) } else { ((b, to_b), (a, to_a)) };
-            stack[depth] = far;
-            stack[depth + 1] = near;
-            depth += 2;
-        }
-        best
-    }
-
     fn box_distance(&self, node: u32, point: [f32; 3]) -> f32 {
         let node = &self.nodes[node as usize];
         let outside = [0, 1, 2].map(|i| (node.low[i] - point[i]).max(point[i] - node.high[i]).max(0.0));
@@ -355,38 +289,6 @@ pub(crate) fn triangle_distance_squared(point: [f32; 3], [a, b, c]: [[f32; 3]; 3
     }
     let to_edges = [(a, b), (b, c), (c, a)].map(|(from, to)| segment_distance_squared(point, from, to));
     to_edges[0].min(to_edges[1]).min(to_edges[2])
-}
-
-/// Weights of the corners at the triangle's closest point, and the squared distance to it.
-fn closest_on_triangle(point: [f32; 3], corners: [[f32; 3]; 3]) -> ([f32; 3], f32) {
-    let [a, b, c] = corners;
-    let n = cross(sub(b, a), sub(c, a));
-    let length_squared = dot(n, n);
-    if length_squared > f32::MIN_POSITIVE {
-        let part = |from: [f32; 3], to: [f32; 3]| dot(cross(sub(to, from), sub(point, from)), n);
-        let (over_a, over_b, over_c) = (part(b, c), part(c, a), part(a, b));
-        if over_a >= 0.0 && over_b >= 0.0 && over_c >= 0.0 {
-            let height = dot(n, sub(point, a));
-            let (v, w) = (over_b / length_squared, over_c / length_squared);
-            return ([(1.0 - v - w).max(0.0), v, w], height * height / length_squared);
-        }
-    }
-    let mut best = ([1.0, 0.0, 0.0], f32::INFINITY);
-    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
-        let along = sub(corners[j], corners[i]);
-        let offset = sub(point, corners[i]);
-        let length_squared = dot(along, along);
-        let share = if length_squared > 0.0 { (dot(offset, along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
-        let rest = [0, 1, 2].map(|k| offset[k] - share * along[k]);
-        let distance_squared = dot(rest, rest);
-        if distance_squared < best.1 {
-            let mut weights = [0.0; 3];
-            weights[i] = 1.0 - share;
-            weights[j] = share;
-            best = (weights, distance_squared);
-        }
-    }
-    best
 }
 
 fn segment_distance_squared(point: [f32; 3], from: [f32; 3], to: [f32; 3]) -> f32 {

@@ -24,7 +24,8 @@ pub struct LevelMesh {
 /// The level with the places and attributes that its vertices have in `mesh`.
 ///
 /// Place and skinning come from [`CollapseOrder::vertex_source`], texture coordinate from
-/// [`CollapseOrder::attribute_source`], normal from [`CollapseOrder::normal_source`]. `mesh` is the one that `order` was made from, `level` one of its levels.
+/// [`CollapseOrder::attribute_source`], normal from [`CollapseOrder::normal_source`]. `mesh` is the one that `order` was
+/// made from, `level` one of its levels.
 ///
 /// Panics if an index of the order lies outside `mesh`.
 pub fn level_mesh(mesh: &LodMesh<'_>, order: &CollapseOrder, level: &Level) -> LevelMesh {

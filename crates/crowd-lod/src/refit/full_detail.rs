@@ -1,8 +1,9 @@
 //! Full detail as the fit sees it: its triangles, posed in the frames that count, with points spread over it.
 
 use crate::closest::ClosestTriangles;
+use crate::frames::draw_evenly;
 use crate::measure::{Sample, spread_samples};
-use crate::quadrics::{choose_frames, pose_position};
+use crate::quadrics::pose_position;
 use crate::{CollapseOrder, LodMesh, LodPoses, Mat3x4};
 use rayon::prelude::*;
 
@@ -35,7 +36,7 @@ impl<'a> FullDetail<'a> {
         let triangles: Vec<[u32; 3]> = order.triangle_source.iter().map(|&t| mesh.triangles[t as usize]).collect();
         let limit = (frame_limit as usize).clamp(1, (POSED_LIMIT / mesh.positions.len().max(1)).max(1));
         let tree = ClosestTriangles::new(mesh.positions, &triangles);
-        let frames = choose_frames(poses.frame_weights, limit)
+        let frames = draw_evenly(poses.frame_weights, limit)
             .into_par_iter()
             .map(|(frame, weight)| {
                 let palette = &poses.palettes[frame * poses.joint_count..][..poses.joint_count];

@@ -86,24 +86,25 @@ fn bent_arm_comes_closer_in_poses_not_seen() {
 /// Where input vertices were welded, the level's vertices still are.
 #[test]
 fn seams_stay_together_to_the_bit() {
+    let (mut together, mut moved) = (0, 0);
     for mesh in [arm(&[0.0]).0, tube(16, 12, 6.0, true), uv_sphere(24, 16)] {
         let (_, poses) = arm(&[0.0, 1.0, 2.0]);
         let order = order_of(&mesh, &poses);
-        let level = level_at(&order, mesh.triangles.len() as u32 / 4);
+        let level = level_at(&order, mesh.triangles.len() as u32 / 2);
         let before = level_mesh(&mesh.mesh(), &order, &level);
         let after = refit(&mesh.mesh(), &poses.poses(), &order, &level, &RefitOptions::default());
-        let mut together = 0;
         for a in 0..before.vertices.len() {
             for b in 0..a {
                 if before.positions[a] == before.positions[b] {
                     together += 1;
+                    moved += usize::from(after.positions[a] != before.positions[a]);
                     assert_eq!(after.positions[a].map(f32::to_bits), after.positions[b].map(f32::to_bits));
                     assert_eq!((after.joints[a], after.weights[a]), (after.joints[b], after.weights[b]));
                 }
             }
         }
-        assert!(together > 0 && after.positions != before.positions);
     }
+    assert!(together > 20 && moved > 10, "{together} {moved}");
 }
 
 #[test]
@@ -184,7 +185,7 @@ fn hardly_a_mesh_does_no_harm() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(12))]
 
     /// Measured on other points than those it was fitted to.
     #[test]
