@@ -6,10 +6,11 @@
 //! What it leaves to others: files (`crowd-source`), poses (`crowd-anim`), who is compared (`crowdbake compare`).
 //!
 //! The steps of [`Judge::judge`]: `spread` points over each surface, `pose` both, find the `nearest` points of the other
-//! surface, sum up in `verdict`.
+//! surface, sum up in `verdict`; and draw both in `pictures`.
 
 mod judge;
 mod nearest;
+mod pictures;
 mod pose;
 mod spread;
 #[cfg(test)]

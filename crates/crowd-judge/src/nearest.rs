@@ -163,6 +163,29 @@ impl<'a> PosedSurface<'a> {
         best
     }
 
+    /// Visits the triangles within a distance (squared) that look the same way, with the shares of their nearest point.
+    pub fn within(&self, point: Vec3, facing: Vec3, distance_squared: f32, visit: &mut dyn FnMut(u32, [f32; 3])) {
+        let mut stack: Vec<u32> = if self.boxes.is_empty() { Vec::new() } else { vec![0] };
+        while let Some(at) = stack.pop() {
+            if self.box_distance(at, point) > distance_squared {
+                continue;
+            }
+            let branch = &self.shape.branches[at as usize];
+            if branch.second != 0 {
+                stack.extend([branch.second, at + 1]);
+                continue;
+            }
+            for &t in &self.shape.sequence[branch.start as usize..branch.end as usize] {
+                if facing.dot(self.facing[t as usize]) > 0.0 {
+                    let (shares, found) = nearest_on_triangle(point, self.corners[t as usize]);
+                    if found <= distance_squared {
+                        visit(t, shares);
+                    }
+                }
+            }
+        }
+    }
+
     fn box_distance(&self, branch: u32, point: Vec3) -> f32 {
         let (low, high) = self.boxes[branch as usize];
         (low - point).max(point - high).max(Vec3::ZERO).length_squared()

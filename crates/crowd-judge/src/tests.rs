@@ -1,10 +1,10 @@
 //! Known answers, and changes that must show.
 
 use crate::*;
-use crowd_raster::{Material, Wrap};
+use crowd_raster::{Material, Texture, Wrap};
 
 const REST: Mat3x4 = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
-const OPTIONS: JudgeOptions = JudgeOptions { points: 2000 };
+const OPTIONS: JudgeOptions = JudgeOptions { points: 2000, pictures: false };
 
 pub(crate) fn paint() -> Paint {
     let material = Material {
@@ -139,6 +139,97 @@ fn a_red_that_turns_half_way_to_black() {
     level.colors = vec![[255, 55, 255, 255]; 4];
     let half = 1.0 - (1.055 * libm::pow(55.0 / 255.0, 1.0 / 2.4) - 0.055);
     near(judge(level, Vec::new()).color_rms, half / 3.0_f64.sqrt());
+}
+
+/// Columns of 100 texels, black to white.
+fn striped() -> Paint {
+    let mut paint = paint();
+    let texels = (0..100 * 4).map(|i| [(i % 100 * 5 / 2) as u8; 4]).collect();
+    paint.textures.push(Texture::from_rgba8(100, 4, texels));
+    paint.materials[0].texture = Some(0);
+    paint
+}
+
+#[test]
+fn a_texture_slid_by_two_texels() {
+    let poses = JudgedPoses { rest: vec![REST], moving: Vec::new() };
+    let judge = Judge::new(square(), striped(), &poses, OPTIONS).unwrap();
+    let mut level = square();
+    assert!(judge.judge(level.clone()).unwrap().uv_p95_texels.unwrap() < 1e-3);
+    level.uvs.iter_mut().for_each(|uv| uv[0] += 0.02);
+    let verdict = judge.judge(level).unwrap();
+    near(verdict.uv_p95_texels.unwrap(), 2.0);
+    near(verdict.uv_rms_texels.unwrap(), 2.0);
+    assert!(verdict.color_rms > 0.001);
+    // Without a texture there are no texels to slide.
+    let plain = Judge::new(square(), paint(), &poses, OPTIONS).unwrap();
+    assert_eq!(plain.judge(square()).unwrap().uv_p95_texels, None);
+}
+
+/// Two squares side by side, on two charts far apart: where the border between the charts moves a little, nothing slid.
+#[test]
+fn a_seam_that_moved_is_not_a_slide_across_the_texture() {
+    let pair = |border_m: f32| {
+        let mut mesh = square();
+        mesh.positions = [[0.0, border_m], [border_m, 3.0]]
+            .iter()
+            .flat_map(|[left, right]| [[*left, 0.0, 0.0], [*right, 0.0, 0.0], [*right, 4.0, 0.0], [*left, 4.0, 0.0]])
+            .collect();
+        let share = border_m / 3.0;
+        let uvs = [[0.0, share], [share + 10.0, 11.0]];
+        mesh.uvs = uvs.iter().flat_map(|[l, r]| [[*l, 1.0], [*r, 1.0], [*r, 0.0], [*l, 0.0]]).collect();
+        mesh.normals = vec![[0.0, 0.0, 1.0]; 8];
+        mesh.colors = vec![[255; 4]; 8];
+        mesh.joints = vec![[0; 4]; 8];
+        mesh.weights = vec![[1.0, 0.0, 0.0, 0.0]; 8];
+        mesh.triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+        mesh.triangle_materials = vec![0; 4];
+        mesh
+    };
+    let poses = JudgedPoses { rest: vec![REST], moving: Vec::new() };
+    let judge = Judge::new(pair(1.5), striped(), &poses, OPTIONS).unwrap();
+    let verdict = judge.judge(pair(1.504)).unwrap();
+    assert!(verdict.uv_rms_texels.unwrap() < 0.2, "{verdict:?}");
+    // Far beyond the slack it is one.
+    assert!(judge.judge(pair(1.8)).unwrap().uv_rms_texels.unwrap() > 100.0);
+}
+
+#[test]
+fn pictures_show_what_is_missing_and_what_is_painted_over() {
+    let poses = JudgedPoses { rest: vec![REST; 2], moving: vec![vec![REST; 2]; 3] };
+    let options = JudgeOptions { points: 10, pictures: true };
+    let mut double_sided = paint();
+    double_sided.materials[0].double_sided = true;
+    let judge = Judge::new(square(), double_sided, &poses, options).unwrap();
+    let same = judge.judge(square()).unwrap();
+    assert_eq!((same.image_rmse, same.silhouette_xor), (Some(0.0), Some(0.0)));
+
+    let mut half = square();
+    half.positions[2][1] = 2.0;
+    half.positions[3][1] = 2.0;
+    let verdict = judge.judge(half).unwrap();
+    assert!((verdict.silhouette_xor.unwrap() - 50.0).abs() < 4.0, "{verdict:?}");
+
+    let mut black = square();
+    black.colors = vec![[0, 0, 0, 255]; 4];
+    let verdict = judge.judge(black).unwrap();
+    assert_eq!(verdict.silhouette_xor, Some(0.0));
+    assert!(verdict.image_rmse.unwrap() > 0.3, "{verdict:?}");
+}
+
+#[test]
+fn a_level_may_have_joints_of_its_own() {
+    let aside = [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+    let poses = JudgedPoses { rest: vec![REST], moving: vec![vec![aside]] };
+    let judge = Judge::new(square(), paint(), &poses, OPTIONS).unwrap();
+    let mut mesh = square();
+    mesh.joints = vec![[3, 0, 0, 0]; 4];
+    let own = JudgedPoses { rest: vec![REST; 4], moving: vec![vec![aside; 4]] };
+    let level = Level { mesh: mesh.clone(), poses: Some(own) };
+    near(judge.judge_level(level).unwrap().animated_rms, 0.0);
+    let short = JudgedPoses { rest: vec![REST; 4], moving: Vec::new() };
+    assert!(judge.judge_level(Level { mesh: mesh.clone(), poses: Some(short) }).is_err());
+    assert!(judge.judge(mesh).is_err(), "the original has no fourth joint");
 }
 
 #[test]

@@ -63,18 +63,29 @@ pub struct JudgedPoses {
     pub moving: Vec<Vec<Mat3x4>>,
 }
 
+/// A level to judge.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Level {
+    /// The level; its materials are the original's.
+    pub mesh: SkinnedMesh,
+    /// Its own matrices, as many poses as the original has, where it has another skeleton; `None` for the original's.
+    pub poses: Option<JudgedPoses>,
+}
+
 /// How much is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JudgeOptions {
     /// Points on each side, fixed on the surface over all poses.
     pub points: u32,
+    /// Whether pictures are drawn: 6 views of 5 poses, 256 x 256 pixels of 3 x 3 samples.
+    pub pictures: bool,
 }
 
 impl JudgeOptions {
-    /// 10,000 points a side.
-    pub const FULL: Self = Self { points: 10_000 };
-    /// 2,000 points a side: for tuning, distances within some 2 %.
-    pub const QUICK: Self = Self { points: 2_000 };
+    /// 10,000 points a side and pictures.
+    pub const FULL: Self = Self { points: 10_000, pictures: true };
+    /// 2,000 points a side, no pictures: for tuning, distances within some 2 %.
+    pub const QUICK: Self = Self { points: 2_000, pictures: false };
 }
 
 /// How far a level is from the original. Distances in percent of the diagonal of the original's box at rest.
@@ -98,4 +109,12 @@ pub struct Verdict {
     pub normal_deg: f64,
     /// Root mean square difference of the base colour over its channels, sRGB 0 to 1.
     pub color_rms: f64,
+    /// How far the texture slid, in texels: 95 of 100 points at rest slid no further. `None` without textures.
+    pub uv_p95_texels: Option<f64>,
+    /// How far the texture slid, root mean square, texels.
+    pub uv_rms_texels: Option<f64>,
+    /// Root mean square difference of pictures over the union of both silhouettes, sRGB 0 to 1; `None` when not drawn.
+    pub image_rmse: Option<f64>,
+    /// What only one of the silhouettes covers, in percent of their union; `None` when not drawn.
+    pub silhouette_xor: Option<f64>,
 }

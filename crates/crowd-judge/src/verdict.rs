@@ -12,6 +12,8 @@ pub(crate) struct PoseFindings {
     angles: u64,
     color_sum: f64,
     colors: u64,
+    /// Texels, one per point that has a texture; at rest only.
+    pub drifts: Vec<f32>,
 }
 
 impl PoseFindings {
@@ -49,6 +51,8 @@ pub(crate) fn sum_up(findings: &[PoseFindings], diagonal_m: f64) -> Verdict {
     if moving.is_empty() {
         max = distances.iter().copied().fold(0.0, f32::max);
     }
+    let mut drifts: Vec<f32> = rest.iter().flat_map(|pose| pose.drifts.iter().copied()).collect();
+    let drift_squares: f64 = drifts.iter().map(|&drift| f64::from(drift) * f64::from(drift)).sum();
     let mean = distances.iter().copied().map(f64::from).sum::<f64>() / (distances.len().max(1) as f64);
     let share = |sum: f64, count: u64| if count > 0 { sum / count as f64 } else { 0.0 };
     let total = |of: fn(&PoseFindings) -> (f64, u64)| {
@@ -66,6 +70,10 @@ pub(crate) fn sum_up(findings: &[PoseFindings], diagonal_m: f64) -> Verdict {
         max_pose,
         normal_deg: share(angle_sum, angles),
         color_rms: share(color_sum, colors).sqrt(),
+        uv_p95_texels: (!drifts.is_empty()).then(|| f64::from(percentile(&mut drifts, 0.95))),
+        uv_rms_texels: (!drifts.is_empty()).then_some((drift_squares / drifts.len() as f64).sqrt()),
+        image_rmse: None,
+        silhouette_xor: None,
     }
 }
 

@@ -122,6 +122,7 @@ Examples:
   crowdbake compare knight.glb fox.glb
   crowdbake compare knight.glb --quick --ours wedge --peers meshopt-global --ratios 25,5
   crowdbake compare characters/ --json > compared.json
+  crowdbake compare characters/ -o docs/BENCHMARKS.md
 Levels are judged in poses that no bake has seen: 24 moments half way between sampled frames, spread over all clips, and
 the pose at rest. Distances are in percent of the diagonal of the character's box.";
 
@@ -335,7 +336,7 @@ pub struct CompareArgs {
     /// Percents of the triangles.
     #[arg(long, value_delimiter = ',', value_parser = parse_percent, default_value = "50,25,10,5,2", value_name = "P,...")]
     pub ratios: Vec<f64>,
-    /// Fewer points: for tuning.
+    /// Fewer points and no pictures: for tuning.
     #[arg(long)]
     pub quick: bool,
     /// Which of our own take part.
@@ -344,6 +345,9 @@ pub struct CompareArgs {
     /// Which others take part.
     #[arg(long, value_delimiter = ',', default_value = "meshopt-global,meshopt-best", value_name = "NAME,...")]
     pub peers: Vec<Contender>,
+    /// Write the tables as a document (Markdown) instead of printing them.
+    #[arg(short, long, value_parser = output_parser(), value_name = "FILE.md")]
+    pub output: Option<PathBuf>,
     /// Print JSON instead of tables.
     #[arg(long)]
     pub json: bool,

@@ -383,6 +383,10 @@ fn compare(args: &CompareArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u
     let started = Instant::now();
     let plan = make_plan(&args.inputs, &BakeOptions::default(), None);
     let mut code = say_plan(&plan, talk);
+    if let Some(output) = &args.output {
+        refuse_inputs(output, &plan.inputs)?;
+        expect_writable(output)?;
+    }
     let options = if args.quick { JudgeOptions::QUICK } else { JudgeOptions::FULL };
     let mut contenders = args.ours.clone();
     contenders.extend(&args.peers);
@@ -398,9 +402,15 @@ fn compare(args: &CompareArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u
             }
         }
     }
-    let comparison = compare::sum_up(characters, options.points, started.elapsed().as_secs_f64());
-    let text = if args.json { to_json(&comparison) } else { compare::to_text(&comparison) };
-    print(out, &text)?;
+    let comparison = compare::sum_up(characters, &request, started.elapsed().as_secs_f64());
+    if let Some(output) = &args.output {
+        write_whole(output, compare::to_markdown(&comparison).as_bytes())?;
+    }
+    if args.json {
+        print(out, &to_json(&comparison))?;
+    } else if args.output.is_none() {
+        print(out, &compare::to_text(&comparison))?;
+    }
     Ok(code)
 }
 

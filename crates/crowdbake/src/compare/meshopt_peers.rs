@@ -4,7 +4,7 @@
 use super::subject::Subject;
 use super::{Contender, MadeLevel};
 use crate::pose::{blend, pose_mesh};
-use crowd_judge::SkinnedMesh;
+use crowd_judge::{Level, SkinnedMesh};
 use glam::{Mat4, Vec3, Vec4};
 use meshopt::{SimplifyOptions, SimplifyVertex, VertexDataAdapter};
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ pub(super) fn make_level(subject: &Subject, contender: Contender, target: u32) -
             simplify(&triangles[range.clone()], &subject.triangle_materials[range], target);
         }
     }
-    (!level.triangles.is_empty()).then_some(MadeLevel { mesh: level, seconds })
+    (!level.triangles.is_empty()).then_some(MadeLevel { level: Level { mesh: level, poses: None }, seconds })
 }
 
 /// What goes into one call: vertices welded where nothing tells them apart, in the pose at rest.

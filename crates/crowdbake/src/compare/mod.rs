@@ -1,23 +1,28 @@
 //! Judges levels of ours and of other tools side by side, at equal triangle counts over held-out poses.
 //!
 //! `subject` prepares a character, `contenders` names who takes part, `ours` and `meshopt_peers` make their levels,
-//! `crowd-judge` judges them, `scores` sums up over characters, `tables` writes.
+//! `crowd-judge` judges them, `scores` sums up over characters, `bars` says how far that is from what we ask of ourselves,
+//! `tables` writes.
 
+mod bars;
 mod contenders;
 mod meshopt_peers;
+mod metrics;
 mod ours;
 mod scores;
 mod subject;
 mod tables;
 
+pub use bars::Bar;
 pub use contenders::Contender;
+pub use metrics::{METRICS, Metric};
 pub use scores::{CharacterScores, Comparison, Means, Score};
-pub(crate) use tables::to_text;
+pub(crate) use tables::{to_markdown, to_text};
 
 use crate::error::{BakeError, Step};
 use crate::plan::PlanEntry;
 use crate::talk::Talk;
-use crowd_judge::{JudgeOptions, SkinnedMesh};
+use crowd_judge::{JudgeOptions, Level};
 use std::time::Instant;
 use subject::Subject;
 
@@ -34,7 +39,7 @@ pub struct CompareRequest {
 
 /// A level that a contender made.
 struct MadeLevel {
-    mesh: SkinnedMesh,
+    level: Level,
     /// Seconds that it took; for one order that gives all levels, those of the order.
     seconds: f64,
 }
@@ -96,7 +101,7 @@ fn judge_level(
 ) -> Result<Score, BakeError> {
     let seconds = level.as_ref().map_or(0.0, |level| level.seconds);
     // A level without any area is not an error of the input: there is nothing to judge.
-    let verdict = level.and_then(|level| subject.judge.judge(level.mesh).ok());
+    let verdict = level.and_then(|level| subject.judge.judge_level(level.level).ok());
     let moment = verdict.and_then(|verdict| verdict.max_pose).map(|pose| &subject.moments[pose as usize]);
     Ok(Score {
         contender: contender.name(),
@@ -106,19 +111,37 @@ fn judge_level(
         seconds,
         max_clip: moment.map(|moment| moment.clip.clone()),
         max_time_s: moment.map(|moment| moment.time_s),
+        triangles: verdict.map(|verdict| verdict.triangles),
         verdict,
     })
 }
 
-/// Puts characters together and adds the means.
-pub(crate) fn sum_up(characters: Vec<CharacterScores>, points: u32, seconds: f64) -> Comparison {
+/// Puts characters together; adds the means and the bars.
+pub(crate) fn sum_up(characters: Vec<CharacterScores>, request: &CompareRequest, seconds: f64) -> Comparison {
+    let peers = request.contenders.iter().filter(|contender| !contender.is_ours());
+    let peers: Vec<&'static str> = peers.map(|contender| contender.name()).collect();
     Comparison {
         schema_version: crate::report::SCHEMA_VERSION,
         generator: format!("crowdbake {}", env!("CARGO_PKG_VERSION")),
         command: "compare",
-        points,
+        points: request.options.points,
+        pictures: request.options.pictures,
         means: scores::means_of(&characters),
+        bars: bars::bars_of(&characters, &peers),
         characters,
         seconds,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    pub(super) fn request() -> CompareRequest {
+        CompareRequest {
+            ratios: vec![0.25],
+            contenders: vec![Contender::Wedge, Contender::MeshoptGlobal],
+            options: JudgeOptions::QUICK,
+        }
     }
 }

@@ -3,7 +3,7 @@
 use super::subject::Subject;
 use super::{Contender, MadeLevel};
 use crate::bake::{bake_poses, lod_mesh};
-use crowd_judge::SkinnedMesh;
+use crowd_judge::{Level, SkinnedMesh};
 use crowd_lod::{CollapseOrder, Criteria, LevelMesh, LodMesh, LodOptions, LodPoses, RefitOptions};
 use std::time::Instant;
 
@@ -34,7 +34,7 @@ pub(super) fn make_levels(
             crowd_lod::level_mesh(&mesh, &order, level)
         };
         let seconds = order_s + started.elapsed().as_secs_f64();
-        Some(MadeLevel { mesh: skinned_mesh(&mesh, &order, made), seconds })
+        Some(MadeLevel { level: Level { mesh: skinned_mesh(&mesh, &order, made), poses: None }, seconds })
     };
     Ok(targets.iter().map(make).collect())
 }
