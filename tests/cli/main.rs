@@ -3,6 +3,7 @@
 mod bench;
 mod determinism;
 mod exports;
+mod hostile;
 mod inputs;
 mod outputs;
 mod pictures;

@@ -66,6 +66,8 @@ pub(crate) fn classify_wedges(split: &SplitMesh) -> Classes {
         vertex_count: split.variant_wedge.len() as u32,
         wedge_count: split.wedge_position.len() as u32,
         degenerate_triangle_count: split.degenerate_count,
+        duplicate_triangle_count: split.duplicate_count,
+        coincident_triangle_count: split.coincident_count,
         non_manifold_edge_count,
         ..SeamReport::default()
     };
@@ -84,6 +86,7 @@ pub(crate) fn classify_wedges(split: &SplitMesh) -> Classes {
             VertexClass::Companion => report.companion_count += size,
             VertexClass::Regular => report.regular_count += size,
         }
+        report.non_manifold_position_count += u32::from(non_manifold[p]);
         report.border_count += if on_border[p] { size } else { 0 };
         report.seam_position_count += u32::from(size > 1);
         wedge_class[group].fill(class);

@@ -5,7 +5,7 @@
 //! wedges per collapse instead of once (see [`Criteria::Wedge`]).
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
 //!
-//! One module a step: `split_seams` (with `separate_layers`), `classify`, `frames` (with `align`), `quadrics`, `criteria`,
+//! One module a step: `split_seams` (with `separate_layers` and `duplicate_triangles`), `classify`, `frames` (with `align`), `quadrics`, `criteria`,
 //! `collapse` (on a `topology`), `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `interpenetration`.
 
 mod align;
@@ -16,8 +16,11 @@ mod classify;
 mod closest;
 mod collapse;
 mod criteria;
+mod duplicate_triangles;
 mod find_images;
 mod frames;
+#[cfg(test)]
+mod hostile_tests;
 mod interpenetration;
 mod level_mesh;
 #[cfg(test)]

@@ -362,6 +362,8 @@ fn wrong_parameters_are_refused_by_name() {
     assert_eq!(with(&|m| m.normals[1][0] = f32::INFINITY), "normals[1]");
     assert_eq!(with(&|m| m.uvs[8][1] = f32::NAN), "uvs[8]");
     assert_eq!(with(&|m| m.weights[2] = [-0.5, 1.5, 0.0, 0.0]), "weights[2]");
+    assert_eq!(with(&|m| m.weights[2] = [0.0; 4]), "sum of weights[2]");
+    assert_eq!(with(&|m| m.weights[2] = [0.9, 0.9, 0.0, 0.0]), "sum of weights[2]");
     assert_eq!(with(&|m| m.joints[2][3] = 1), "joints[2]");
     assert_eq!(with(&|m| m.triangles[4][0] = 9), "triangles[4]");
     assert_eq!(with(&|m| m.uvs.truncate(3)), "length of uvs");
@@ -372,6 +374,7 @@ fn wrong_parameters_are_refused_by_name() {
         refused(&good, &poses)
     };
     assert_eq!(posed(&|p| p.palettes[0][1][1] = f32::NAN), "palettes[0]");
+    assert_eq!(posed(&|p| p.palettes[0][1] = [9.0e5, 9.0e5, 0.0, 9.0e5]), "palettes[0]", "metres add up");
     assert_eq!(posed(&|p| p.palettes.push(REST)), "palettes");
     assert_eq!(posed(&|p| p.frame_weights = vec![0.5]), "sum of frame_weights");
     assert_eq!(posed(&|p| p.frame_weights = vec![-1.0]), "frame_weights[0]");

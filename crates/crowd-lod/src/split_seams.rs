@@ -6,6 +6,7 @@
 //! one normal: a vertex of the output. Variants follow their wedge and never hinder a collapse.
 
 use crate::LodMesh;
+use crate::duplicate_triangles::drop_duplicates;
 use crate::separate_layers::separate_layers;
 use rayon::prelude::*;
 
@@ -41,6 +42,10 @@ pub(crate) struct SplitMesh {
     pub triangle_source: Vec<u32>,
     /// Input triangles left out because two corners share a position.
     pub degenerate_count: u32,
+    /// Input triangles left out because another one says the same.
+    pub duplicate_count: u32,
+    /// Triangles that share all three positions with another one, and differ from it.
+    pub coincident_count: u32,
     /// Variants at full detail; those after them are stand-ins.
     pub full_variant_count: u32,
 }
@@ -107,6 +112,7 @@ pub(crate) fn split_seams(mesh: &LodMesh<'_>) -> SplitMesh {
     }
     let position_of_vertex = number_positions(mesh, &leader, &mut split);
     split_wedges(mesh, &position_of_vertex, &mut split);
+    drop_duplicates(&mut split);
     split.variant_normal_source = split.variant_source.clone();
     split.variant_uv = split.variant_source.iter().map(|&v| mesh.uvs[v as usize]).collect();
     split.variant_color = split.variant_source.iter().map(|&v| mesh.colors[v as usize]).collect();

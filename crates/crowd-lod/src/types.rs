@@ -174,8 +174,14 @@ pub struct SeamReport {
     pub regular_count: u32,
     /// Triangles dropped because two corners share a position.
     pub degenerate_triangle_count: u32,
+    /// Triangles dropped because another one has the same corners, attributes and front.
+    pub duplicate_triangle_count: u32,
+    /// Triangles kept that share all three places with another one: turned round, or with other attributes.
+    pub coincident_triangle_count: u32,
     /// Edges with more than two triangles.
     pub non_manifold_edge_count: u32,
+    /// Positions where the surface is no (half-)disc: on such an edge, or where several fans meet in a point.
+    pub non_manifold_position_count: u32,
 }
 
 /// The result: vertices and triangles in collapse order, coarse first.

@@ -4,6 +4,9 @@ use crate::{Error, LodMesh, LodPoses, Result};
 
 /// Triangles or vertices a mesh may have: keeps corner counts and sort keys within 32 bits.
 pub(crate) const MAX_ELEMENT_COUNT: usize = 1 << 28;
+/// How far from the origin a pose may take a vertex along each axis, metres: four times as far as one may lie in bind pose, so
+/// that turning is free. The quadrics' fourth powers of it, summed over a million triangles, stay within the numbers' range.
+const MAX_POSED_M: f32 = 4.0e6;
 
 /// Bytes that the quadrics hold for a position in a frame.
 const FRAME_BYTES: usize = 48;
@@ -37,6 +40,10 @@ pub(crate) fn validate_mesh(mesh: &LodMesh<'_>) -> Result<()> {
     all_finite("weights", mesh.weights.as_flattened(), 4)?;
     if let Some(i) = mesh.weights.iter().position(|w| w.iter().any(|&w| !(0.0..=1.001).contains(&w))) {
         return Err(parameter(format!("weights[{i}]"), format!("{:?}", mesh.weights[i]), "0..=1".into()));
+    }
+    let sum = |w: &[f32; 4]| w.iter().map(|&w| f64::from(w)).sum::<f64>();
+    if let Some(i) = mesh.weights.iter().position(|w| !(0.99..=1.01).contains(&sum(w))) {
+        return Err(parameter(format!("sum of weights[{i}]"), sum(&mesh.weights[i]).to_string(), "1".into()));
     }
     // The quadrics hold fourth powers of lengths; beyond this they would overflow.
     if let Some(i) = mesh.positions.iter().position(|p| p.iter().any(|c| c.abs() > 1.0e6)) {
@@ -81,6 +88,29 @@ pub(crate) fn validate_poses(mesh: &LodMesh<'_>, poses: &LodPoses<'_>) -> Result
     for (i, joints) in mesh.joints.iter().enumerate() {
         if let Some(&j) = joints.iter().find(|&&j| j as usize >= joint_limit) {
             return Err(parameter(format!("joints[{i}]"), j.to_string(), format!("below {joint_limit}")));
+        }
+    }
+    keep_poses_near(mesh, poses)
+}
+
+/// Refuses a matrix that takes what follows it out of reach: by the box around the vertices of its joint.
+fn keep_poses_near(mesh: &LodMesh<'_>, poses: &LodPoses<'_>) -> Result<()> {
+    let mut extents = vec![[0.0_f32; 3]; poses.joint_count];
+    let mut is_used = vec![false; poses.joint_count];
+    for (v, position) in mesh.positions.iter().enumerate() {
+        for slot in (0..4).filter(|&slot| mesh.weights[v][slot] > 0.0) {
+            let joint = mesh.joints[v][slot] as usize;
+            is_used[joint] = true;
+            extents[joint] = [0, 1, 2].map(|i| extents[joint][i].max(position[i].abs()));
+        }
+    }
+    for (i, matrix) in poses.palettes.iter().enumerate() {
+        let joint = i % poses.joint_count;
+        let reach = |row: &[f32; 4]| (0..3).map(|k| row[k].abs() * extents[joint][k]).sum::<f32>() + row[3].abs();
+        let furthest = matrix.iter().map(reach).fold(0.0, f32::max);
+        if is_used[joint] && furthest > MAX_POSED_M {
+            let found = format!("takes vertices of joint {joint} {furthest} m away");
+            return Err(parameter(format!("palettes[{i}]"), found, format!("up to {MAX_POSED_M} m")));
         }
     }
     Ok(())

@@ -220,6 +220,7 @@ pub enum ImageEncoding {
 /// | `double-curves-ignored` | a second curve for one node and property |
 /// | `empty-primitive` | a primitive without triangles |
 /// | `extension-ignored` | an optional extension that would change the picture |
+/// | `incomplete-triangles` | indices left over after the last whole triangle |
 /// | `material-library-missing`, `material-lines-ignored` | MTL: not there, or in part not whole |
 /// | `morph-targets-ignored`, `morph-curves-ignored` | shapes and their curves |
 /// | `normals-missing`, `normals-repaired` | computed from the triangles |
@@ -228,6 +229,7 @@ pub enum ImageEncoding {
 /// | `shear-dropped` | a node's matrix is no translation, rotation and scale |
 /// | `texture-options-ignored` | MTL: options before a texture's name |
 /// | `unknown-curves-ignored` | curves of something else than translation, rotation, scale |
+/// | `turned-surfaces` | closed off parts whose triangles face away from their normals |
 /// | `uvs-missing`, `uvs-repaired` | zeros in their place |
 /// | `weights-dropped`, `weights-missing`, `weights-negative` | four strongest kept; first joint taken; taken as zero |
 /// | `wrap-mode-unknown` | taken as REPEAT |

@@ -15,6 +15,7 @@ mod names;
 mod obj_reader;
 mod part;
 mod refusal;
+mod turned_surfaces;
 
 pub use character::*;
 pub use error::{Error, Result};

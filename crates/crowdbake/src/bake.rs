@@ -136,6 +136,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         let triangles = raw.mesh.triangles.len();
         return Err(BakeError::of(Step::Simplify, name, Cause::OnlyDegenerate { triangles }));
     }
+    warnings.extend(crate::surface_warnings::warn_of_surface(&order.seams));
     warnings.extend(warn_of_high_floor(&order));
     clock.lap(Step::Simplify);
 

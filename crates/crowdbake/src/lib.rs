@@ -21,6 +21,7 @@ pub mod picture;
 pub mod plan;
 pub mod pose;
 pub mod report;
+mod surface_warnings;
 pub mod survey;
 mod talk;
 pub mod unpack;

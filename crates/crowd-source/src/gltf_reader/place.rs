@@ -15,6 +15,7 @@ use crate::part::{
     DEGENERATE, PartMesh, all_degenerate, append_part, complete_normals, is_too_far, too_far, weld_vertices,
 };
 use crate::refusal::{Asset, Warnings};
+use crate::turned_surfaces::{TURNED, count_turned};
 use crate::{RawMesh, Result};
 
 /// A mesh hanging from a node of the scene.
@@ -82,6 +83,9 @@ pub(super) fn place_meshes(
                 continue;
             }
             let material = materials.index(shape.material, flat, warnings)?;
+            if !shape.normals.is_empty() && !materials.materials[material as usize].double_sided {
+                warnings.add("turned-surfaces", &shape.place, count_turned(&part), TURNED);
+            }
             append_part(&mut mesh, part, shape.name.clone(), material, skin.is_none());
             if shape.morph_targets > 0 {
                 morph_targets.insert(instance.mesh, (shape.place.clone(), shape.morph_targets));

@@ -110,6 +110,10 @@ impl<'a> Geometry<'a, '_> {
             return Err(self.asset.format(place, problem));
         }
         let indices = self.read_indices(&place, primitive, count)?;
+        if mode == Mode::Triangles {
+            let left_over = indices.len() as u64 % 3;
+            warnings.add("incomplete-triangles", &place, left_over, "indices left over after the last whole triangle");
+        }
         let (triangles, degenerate) = unroll_triangles(mode, &indices);
         self.triangles_read += triangles.len() as u64 + degenerate;
         self.degenerate += degenerate;

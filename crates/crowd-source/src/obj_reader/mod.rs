@@ -17,6 +17,7 @@ use crate::part::{
     DEGENERATE, PartMesh, all_degenerate, append_part, complete_normals, is_too_far, too_far, weld_vertices,
 };
 use crate::refusal::{Asset, Warnings};
+use crate::turned_surfaces::{TURNED, count_turned};
 use crate::{RawCharacter, RawJoint, RawMesh, RawNode, Result};
 use polygons::triangulate_polygon;
 use surfaces::SurfaceTable;
@@ -55,6 +56,7 @@ pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<R
         if part.triangles.is_empty() {
             continue;
         }
+        let has_normals = !part.normals.is_empty();
         let flat = part.normals.is_empty() && cleaned.is_faceted;
         let repaired = complete_normals(&mut part);
         let message = "normals without a direction were computed from the triangles around them";
@@ -67,6 +69,9 @@ pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<R
             continue;
         }
         let material = surfaces.index(material, flat, &mut warnings)?;
+        if has_normals {
+            warnings.add("turned-surfaces", &place, count_turned(&part), TURNED);
+        }
         append_part(&mut mesh, part, name_or(Some(model_name), || "object".to_owned()), material, true);
     }
     let found = models.iter().map(|model| count_triangles(&model.mesh)).sum();
