@@ -308,7 +308,10 @@ pub(crate) fn check_order(mesh: &TestMesh, poses: &TestPoses, order: &CollapseOr
         if paper {
             assert_eq!(euler_number(&reformed, &places), euler, "the surface keeps its topology");
         }
-        assert!(open_edges(&reformed, &places) <= open, "no new open edges");
+        // A pillow of two triangles that stood on a page may vanish, and leaves the page's edge open.
+        if order.seams.non_manifold_edge_count == 0 {
+            assert!(open_edges(&reformed, &places) <= open, "no new open edges");
+        }
         if let Some(finer) = &finer {
             check_no_flip(finer, &reformed, &posed, mesh, order, paper);
         }
