@@ -184,6 +184,11 @@ impl Attributes {
         self.cost_of(v, self.places[t as usize], shown)
     }
 
+    /// What `v`'s quadric costs where it is.
+    pub fn paid(&self, split: &SplitMesh, v: u32) -> f64 {
+        self.cost_of(v, self.places[split.position_of(v) as usize], self.shown[v as usize])
+    }
+
     /// Adds `v`'s quadric to that of its image, at the image's place.
     pub fn merge(&mut self, v: u32, image: u32) {
         let source = self.fields[v as usize];

@@ -255,8 +255,9 @@ impl Run<'_> {
         self.find_images(u, t, on_edge, moved);
         let quadrics = &self.surface.quadrics;
         let even = LENGTH_SHARE * self.rules.bind_distance_squared(u, t) * quadrics.merged_area(u, t);
-        let shape = quadrics.total_cost(move_cost, t) + even;
-        let shown: f64 = moved.iter().map(|m| m.cost).sum();
+        let shape = move_cost - quadrics.paid(u) + even;
+        let shown: f64 =
+            moved.iter().map(|m| m.cost - self.surface.attributes.paid(self.surface.split, m.variant)).sum();
         let rank = shape + shown as f32;
         if rank.is_nan() { f32::INFINITY } else { rank.max(0.0) }
     }

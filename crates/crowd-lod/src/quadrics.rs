@@ -17,7 +17,9 @@ pub(crate) type Lanes = [f32; LANES];
 /// Weight of the plane that holds an open border, per squared edge length (a triangle's plane weighs its area).
 const BORDER_WEIGHT: f32 = 2.0;
 /// The same for a seam, from both sides.
-const SEAM_WEIGHT: f32 = 0.25;
+const SEAM_WEIGHT: f32 = 0.1;
+/// What the worst frame adds to the mean: enough that no single pose breaks, too little to spend triangles on it alone.
+const WORST_WEIGHT: f32 = 0.2;
 
 /// Symmetric 3x3 `A` (xx xy xz yy yz zz) and vector `b`: mean squared distance to the planes at `d` is
 /// `d·A·d + 2 b·d` plus the constant kept apart.
@@ -75,6 +77,7 @@ impl Quadrics {
         let from = u as usize * self.block_count;
         let to = t as usize * self.block_count;
         let mut sum = [0.0; LANES];
+        let mut most = [0.0_f32; LANES];
         for b in 0..self.block_count {
             let a = &self.posed[from + b];
             let c = &self.posed[to + b];
@@ -85,11 +88,14 @@ impl Quadrics {
                 let row_x = q[0][i] * x + 2.0 * (q[1][i] * y + q[2][i] * z + q[6][i]);
                 let row_y = q[3][i] * y + 2.0 * (q[4][i] * z + q[7][i]);
                 let row_z = q[5][i] * z + 2.0 * q[8][i];
-                sum[i] += w[i] * (row_x * x + row_y * y + row_z * z);
+                let cost = row_x * x + row_y * y + row_z * z;
+                sum[i] += w[i] * cost;
+                most[i] = most[i].max(cost);
             }
         }
         // `paid` is the quadric at the position itself, which the lanes leave out.
-        (sum_lanes(&sum) + self.paid[u as usize]).max(0.0)
+        let worst = most.iter().fold(0.0_f32, |a, &b| a.max(b));
+        (sum_lanes(&sum) + WORST_WEIGHT * worst + self.paid[u as usize]).max(0.0)
     }
 
     /// Cost of moving `u` to `t`, given [`Self::move_cost`]: both quadrics at `t`.
@@ -100,6 +106,11 @@ impl Quadrics {
     /// Area that a merged quadric stands for, m².
     pub fn merged_area(&self, u: u32, t: u32) -> f32 {
         self.areas[u as usize] + self.areas[t as usize]
+    }
+
+    /// What a position's quadric costs where it is, m² times m².
+    pub fn paid(&self, p: u32) -> f32 {
+        self.paid[p as usize]
     }
 
     /// Area that a position's quadric stands for, m².

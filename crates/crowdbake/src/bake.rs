@@ -1,5 +1,6 @@
 //! The steps of a bake, in order: load, select clips, sample, quantize, simplify, bound.
 
+use crate::appearance::ShownTextures;
 use crate::error::{BakeError, Cause, Step};
 use crate::plan::{Plan, PlanEntry};
 use crate::pose::{Mat3x4, pose_positions};
@@ -245,7 +246,8 @@ fn simplify(
     let baked = bake_poses(clips);
     let poses =
         LodPoses { palettes: &baked.palettes, joint_count: raw.joints.len(), frame_weights: &baked.frame_weights };
-    let lod_mesh = lod_mesh(raw, mesh, &triangle_materials);
+    let shown = ShownTextures::of(raw, &triangle_materials);
+    let lod_mesh = lod_mesh(raw, mesh, &triangle_materials, &shown);
     crowd_lod::simplify(&lod_mesh, &poses, options, &|share| watch(Step::Simplify, share))
 }
 
@@ -254,6 +256,7 @@ pub(crate) fn lod_mesh<'a>(
     raw: &'a RawCharacter,
     mesh: &'a QuantizedMesh,
     triangle_materials: &'a [u16],
+    shown: &'a ShownTextures,
 ) -> LodMesh<'a> {
     LodMesh {
         positions: &mesh.positions,
@@ -264,7 +267,7 @@ pub(crate) fn lod_mesh<'a>(
         weights: &mesh.weights,
         triangles: &raw.mesh.triangles,
         triangle_materials,
-        appearance: crowd_lod::Appearance::default(),
+        appearance: shown.view(),
     }
 }
 

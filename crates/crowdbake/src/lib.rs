@@ -3,6 +3,7 @@
 //! `cli` holds words, `plan` meanings, `bake` the steps; [`assemble`] is the only place where the results of the bake
 //! libraries become records of a pack. Data goes to stdout, talk to stderr; files appear whole or not at all.
 
+mod appearance;
 pub mod assemble;
 pub mod bake;
 pub mod cli;

@@ -2,6 +2,7 @@
 
 use super::subject::Subject;
 use super::{Contender, MadeLevel};
+use crate::appearance::ShownTextures;
 use crate::bake::{bake_poses, lod_mesh};
 use crowd_judge::{Level, SkinnedMesh};
 use crowd_lod::{CollapseOrder, Criteria, LevelMesh, LodMesh, LodOptions, LodPoses, RefitOptions};
@@ -15,7 +16,8 @@ pub(super) fn make_levels(
 ) -> Result<Vec<Option<MadeLevel>>, crowd_lod::Error> {
     let criteria = if contender == Contender::Peng2011 { Criteria::Peng2011 } else { Criteria::Wedge };
     let options = LodOptions { criteria, measured_levels: 0, ..LodOptions::default() };
-    let mesh = lod_mesh(&subject.raw, &subject.mesh, &subject.triangle_materials);
+    let shown = ShownTextures::of(&subject.raw, &subject.triangle_materials);
+    let mesh = lod_mesh(&subject.raw, &subject.mesh, &subject.triangle_materials, &shown);
     let joint_count = subject.raw.joints.len();
     let baked = bake_poses(&subject.clips);
     let at_rest = LodPoses { palettes: &subject.rest_palette, joint_count, frame_weights: &[1.0] };

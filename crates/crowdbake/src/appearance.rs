@@ -1,0 +1,112 @@
+//! What a character's textures show, as the simplifier wants to know it: colours at the vertices, and how fast they change.
+
+use crowd_raster::srgb::srgb_from_linear;
+use crowd_raster::{Texture, Wrap, sample};
+use crowd_source::{RawCharacter, RawMaterial, RawTexture, RawWrap};
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+/// Longest side of a texture that is looked at: a crowd's members are rarely seen closer.
+const TEXTURE_SIDE_PX: u32 = 512;
+/// The step over which a change of colour counts, in texture coordinates: eight texels of that size.
+const STEP: f32 = 8.0 / 512.0;
+/// Mip level that fits the step.
+const STEP_LOD: f32 = 2.0;
+/// Where a triangle's texture is looked at: weights of its corners.
+const LOOKED_AT: [[f32; 3]; 4] =
+    [[1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0], [0.7, 0.15, 0.15], [0.15, 0.7, 0.15], [0.15, 0.15, 0.7]];
+
+/// Owned form of [`crowd_lod::Appearance`].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct ShownTextures {
+    vertex_colors: Vec<[f32; 3]>,
+    triangle_contrast: Vec<f32>,
+}
+
+impl ShownTextures {
+    /// Looks at the textures of a character. One that does not decode counts as white: the reader has warned of it, or the first picture will.
+    pub fn of(raw: &RawCharacter, triangle_materials: &[u16]) -> Self {
+        let textures: Vec<Option<Texture>> = raw
+            .images
+            .par_iter()
+            .map(|image| crowd_raster::decode_texture(&image.bytes, TEXTURE_SIDE_PX).ok())
+            .collect();
+        let mesh = &raw.mesh;
+        let surfaces: Vec<Surface<'_>> =
+            raw.materials.iter().map(|material| Surface::new(material, &textures)).collect();
+        let mut material_of = vec![0_u16; mesh.positions.len()];
+        for (triangle, &material) in mesh.triangles.iter().zip(triangle_materials) {
+            triangle.iter().for_each(|&v| material_of[v as usize] = material);
+        }
+        let vertex_color = |v: usize| {
+            let tint = mesh.colors[v].map(|channel| f32::from(channel) / 255.0);
+            let shown = surfaces[usize::from(material_of[v])].at(mesh.uvs[v], Vec3::new(tint[0], tint[1], tint[2]));
+            shown.to_array()
+        };
+        let contrast = |t: usize| {
+            let corners = mesh.triangles[t].map(|v| Vec2::from(mesh.uvs[v as usize]));
+            surfaces[usize::from(triangle_materials[t])].contrast(corners)
+        };
+        Self {
+            vertex_colors: (0..mesh.positions.len()).into_par_iter().map(vertex_color).collect(),
+            triangle_contrast: (0..mesh.triangles.len()).into_par_iter().map(contrast).collect(),
+        }
+    }
+
+    /// For the simplifier.
+    pub fn view(&self) -> crowd_lod::Appearance<'_> {
+        crowd_lod::Appearance { shown_colors: &self.vertex_colors, triangle_contrast: &self.triangle_contrast }
+    }
+}
+
+/// A material with its texture, if it has one that decodes.
+struct Surface<'a> {
+    texture: Option<(&'a Texture, &'a RawTexture)>,
+    factor: Vec3,
+}
+
+impl<'a> Surface<'a> {
+    fn new(material: &'a RawMaterial, textures: &'a [Option<Texture>]) -> Self {
+        let texture = material.texture.as_ref();
+        let decoded = texture.and_then(|used| Some((textures[used.image as usize].as_ref()?, used)));
+        let [r, g, b, _] = material.base_color;
+        Self { texture: decoded, factor: Vec3::new(r, g, b) }
+    }
+
+    /// The colour shown at a texture coordinate, sRGB. `tint`: the vertex colour, linear.
+    fn at(&self, uv: [f32; 2], tint: Vec3) -> Vec3 {
+        let texel = match self.texture {
+            Some((texture, used)) => {
+                let [r, g, b, _] = sample(texture, wrap(used.wrap_u), wrap(used.wrap_v), Vec2::from(uv), STEP_LOD);
+                Vec3::new(r, g, b)
+            }
+            None => Vec3::ONE,
+        };
+        (texel * self.factor * tint).clamp(Vec3::ZERO, Vec3::ONE).to_array().map(srgb_from_linear).into()
+    }
+
+    /// RMS change of the colour for a small step, per unit of texture coordinate.
+    fn contrast(&self, corners: [Vec2; 3]) -> f32 {
+        if self.texture.is_none() {
+            return 0.0;
+        }
+        let mut squares = 0.0;
+        for weights in LOOKED_AT {
+            let uv = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+            let here = self.at(uv.to_array(), Vec3::ONE);
+            for step in [Vec2::new(STEP, 0.0), Vec2::new(0.0, STEP)] {
+                squares += (self.at((uv + step).to_array(), Vec3::ONE) - here).length_squared();
+            }
+        }
+        let mean = squares / (2 * LOOKED_AT.len()) as f32;
+        if mean.is_finite() { mean.sqrt() / STEP } else { 0.0 }
+    }
+}
+
+fn wrap(wrap: RawWrap) -> Wrap {
+    match wrap {
+        RawWrap::Repeat => Wrap::Repeat,
+        RawWrap::Clamp => Wrap::Clamp,
+        RawWrap::Mirror => Wrap::Mirror,
+    }
+}
