@@ -255,7 +255,11 @@ impl Run<'_> {
         self.find_images(u, t, on_edge, moved);
         let quadrics = &self.surface.quadrics;
         let even = LENGTH_SHARE * self.rules.bind_distance_squared(u, t) * quadrics.merged_area(u, t);
-        let shape = move_cost - quadrics.paid(u) + even;
+        // What the collapse adds to all that was paid, so that the sum stays least; the paper ranks by the sum itself.
+        let shape = match self.rules.criteria() {
+            Criteria::Wedge => move_cost - quadrics.paid(u) + even,
+            Criteria::Peng2011 => quadrics.total_cost(move_cost, t) + even,
+        };
         let shown: f64 =
             moved.iter().map(|m| m.cost - self.surface.attributes.paid(self.surface.split, m.variant)).sum();
         let rank = shape + shown as f32;

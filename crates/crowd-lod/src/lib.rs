@@ -107,7 +107,7 @@ fn collapse(
 ) -> CollapseOrder {
     let mut split = split.clone();
     let mut topology = topology::Topology::new(&split);
-    let mut quadrics = quadrics::Quadrics::build(mesh, poses, &split, &classes.edge_kinds);
+    let mut quadrics = quadrics::Quadrics::build(mesh, poses, &split, &classes.edge_kinds, options.criteria);
     let rules =
         criteria::Rules::new(mesh, poses, &split, options.criteria, &classes.non_manifold, &classes.wedge_class);
     let minded = match options.criteria {

@@ -6,7 +6,7 @@
 
 use crate::classify::EdgeKind;
 use crate::split_seams::SplitMesh;
-use crate::{LodMesh, LodPoses, Mat3x4};
+use crate::{Criteria, LodMesh, LodPoses, Mat3x4};
 use rayon::prelude::*;
 
 /// Frames in one block.
@@ -30,6 +30,7 @@ type QuadricBlock = [Lanes; 9];
 pub(crate) struct Quadrics {
     block_count: usize,
     frame_weights: Vec<Lanes>,
+    worst_weight: f32,
     /// `[position][block]`: x, y, z, metres.
     posed: Vec<[Lanes; 3]>,
     /// `[position][block]`, relative to the posed position.
@@ -44,7 +45,14 @@ impl Quadrics {
     /// Poses the mesh in all frames and gathers the planes around each position.
     ///
     /// `edge_kinds` as [`crate::classify::Classes`] gives them.
-    pub fn build(mesh: &LodMesh<'_>, poses: &LodPoses<'_>, split: &SplitMesh, edge_kinds: &[[EdgeKind; 3]]) -> Self {
+    pub fn build(
+        mesh: &LodMesh<'_>,
+        poses: &LodPoses<'_>,
+        split: &SplitMesh,
+        edge_kinds: &[[EdgeKind; 3]],
+        criteria: Criteria,
+    ) -> Self {
+        let worst_weight = if criteria == Criteria::Peng2011 { 0.0 } else { WORST_WEIGHT };
         let position_count = split.position_source.len();
         let block_count = poses.frame_weights.len().div_ceil(LANES);
         let mut frame_weights = vec![[0.0; LANES]; block_count];
@@ -69,11 +77,18 @@ impl Quadrics {
                 *area += weighted_sum(&block_area, &frame_weights[b]);
             }
         });
-        Self { block_count, frame_weights, posed, planes, paid: vec![0.0; position_count], areas }
+        Self { block_count, frame_weights, worst_weight, posed, planes, paid: vec![0.0; position_count], areas }
     }
 
-    /// Mean over frames of `u`'s quadric at `t`, without what both have cost before.
+    /// What `u`'s quadric costs at `t`: its mean over frames, and a share of the worst frame's.
     pub fn move_cost(&self, u: u32, t: u32) -> f32 {
+        let (mean, worst) = self.mean_and_worst(u, t);
+        // `paid` is the quadric at the position itself, which the lanes leave out.
+        (mean + self.worst_weight * worst + self.paid[u as usize]).max(0.0)
+    }
+
+    /// Mean and largest over frames of what `u`'s quadric costs at `t` more than where `u` is.
+    fn mean_and_worst(&self, u: u32, t: u32) -> (f32, f32) {
         let from = u as usize * self.block_count;
         let to = t as usize * self.block_count;
         let mut sum = [0.0; LANES];
@@ -93,9 +108,7 @@ impl Quadrics {
                 most[i] = most[i].max(cost);
             }
         }
-        // `paid` is the quadric at the position itself, which the lanes leave out.
-        let worst = most.iter().fold(0.0_f32, |a, &b| a.max(b));
-        (sum_lanes(&sum) + WORST_WEIGHT * worst + self.paid[u as usize]).max(0.0)
+        (sum_lanes(&sum), most.iter().fold(0.0_f32, |a, &b| a.max(b)))
     }
 
     /// Cost of moving `u` to `t`, given [`Self::move_cost`]: both quadrics at `t`.
@@ -316,7 +329,8 @@ mod tests {
         let split = split_seams(&mesh.mesh());
         let mut classes = classify_wedges(&split);
         classes.edge_kinds.fill([EdgeKind::Interior; 3]);
-        let mut quadrics = Quadrics::build(&mesh.mesh(), &poses.poses(), &split, &classes.edge_kinds);
+        let build = |criteria| Quadrics::build(&mesh.mesh(), &poses.poses(), &split, &classes.edge_kinds, criteria);
+        let mut quadrics = build(Criteria::Peng2011);
 
         let neighbor = |p: u32, skip: &[u32]| {
             let around = split.triangles.iter().map(|t| t.map(|v| split.position_of(v))).filter(|t| t.contains(&p));
@@ -327,6 +341,14 @@ mod tests {
         let cost_ab = quadrics.move_cost(a, b);
         quadrics.merge(a, b, cost_ab);
         let cost = quadrics.total_cost(quadrics.move_cost(b, c), c);
+
+        // By default the worst frame, the stretched one here, counts once more.
+        let mut alone = poses.clone();
+        alone.frame_weights = vec![0.0, 1.0, 0.0];
+        let stretched = Quadrics::build(&mesh.mesh(), &alone.poses(), &split, &classes.edge_kinds, Criteria::Peng2011);
+        let with_worst = cost_ab + WORST_WEIGHT * stretched.move_cost(a, b);
+        let default_cost = build(Criteria::Wedge).move_cost(a, b);
+        assert!((default_cost - with_worst).abs() < 1.0e-4 * with_worst, "{default_cost} {with_worst}");
 
         let mut expected = 0.0_f64;
         let mut area = 0.0_f64;
