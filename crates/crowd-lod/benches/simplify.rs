@@ -1,108 +1,62 @@
-//! Simplification of 20,000 triangles over 100 frames, and of the same mesh over its bind pose alone.
+//! Simplification of 100,000 triangles over 500 frames, and next to it meshoptimizer's on the same mesh.
 //!
-//! `cargo bench -p crowd-lod`
+//! `cargo bench -p crowd-lod --bench simplify`. Figures with their machine: `docs/BENCHMARKS-SPEED.md`.
 
-use criterion::{Criterion, criterion_group, criterion_main};
-use crowd_lod::{Criteria, LodMesh, LodOptions, LodPoses, Mat3x4, simplify};
+mod snake;
 
-const SIDES: usize = 100;
-const RINGS: usize = 100;
-const JOINTS: usize = 20;
-const FRAMES: usize = 100;
+use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
+use crowd_lod::{Criteria, FrameChoice, LodMesh, LodOptions, simplify};
+use snake::{Snake, Waves};
+use std::time::Duration;
 
-/// A wavy tube with one seam along it, skinned to a chain of joints.
-struct Snake {
-    positions: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
-    uvs: Vec<[f32; 2]>,
-    colors: Vec<[u8; 4]>,
-    joints: Vec<[u16; 4]>,
-    weights: Vec<[f32; 4]>,
-    triangles: Vec<[u32; 3]>,
-    materials: Vec<u16>,
-}
-
-fn snake() -> Snake {
-    let mut positions = Vec::new();
-    let mut normals = Vec::new();
-    let mut uvs = Vec::new();
-    let mut joints = Vec::new();
-    let mut weights = Vec::new();
-    for ring in 0..=RINGS {
-        for side in 0..=SIDES {
-            let along = ring as f32 / RINGS as f32;
-            let turn = (side % SIDES) as f32 / SIDES as f32 * std::f32::consts::TAU;
-            let radius = 0.2 + 0.02 * libm::sinf(along * 40.0) * libm::cosf(turn * 5.0);
-            positions.push([radius * libm::cosf(turn), radius * libm::sinf(turn), along * 2.0]);
-            normals.push([libm::cosf(turn), libm::sinf(turn), 0.0]);
-            uvs.push([side as f32 / SIDES as f32, along]);
-            let place = along * (JOINTS - 1) as f32;
-            let joint = (place as usize).min(JOINTS - 2) as u16;
-            let upper = place - f32::from(joint);
-            joints.push([joint, joint + 1, 0, 0]);
-            weights.push([1.0 - upper, upper, 0.0, 0.0]);
-        }
-    }
-    let mut triangles = Vec::new();
-    for ring in 0..RINGS as u32 {
-        for side in 0..SIDES as u32 {
-            let a = ring * (SIDES as u32 + 1) + side;
-            let b = a + SIDES as u32 + 1;
-            triangles.extend([[a, a + 1, b + 1], [a, b + 1, b]]);
-        }
-    }
-    let colors = vec![[255; 4]; positions.len()];
-    let materials = vec![0; triangles.len()];
-    Snake { positions, normals, uvs, colors, joints, weights, triangles, materials }
-}
-
-/// Every joint turns about x through its own place on the axis, in a wave that runs along the chain.
-fn waving() -> Vec<Mat3x4> {
-    let mut palettes = Vec::new();
-    for frame in 0..FRAMES {
-        for joint in 0..JOINTS {
-            let phase = frame as f32 / FRAMES as f32 * std::f32::consts::TAU + joint as f32 * 0.5;
-            let turn = 0.5 * libm::sinf(phase);
-            let (s, c) = (libm::sinf(turn), libm::cosf(turn));
-            let z = joint as f32 / (JOINTS - 1) as f32 * 2.0;
-            palettes.push([[1.0, 0.0, 0.0, 0.0], [0.0, c, -s, s * z], [0.0, s, c, z - c * z]]);
-        }
-    }
-    palettes
+/// Meshoptimizer's simplifier with normals as attributes, as gltfpack calls it: down to `target` triangles.
+fn simplify_by_meshopt(mesh: &LodMesh<'_>, target: usize) -> usize {
+    let positions: &[u8] = bytemuck::cast_slice(mesh.positions);
+    let vertices = meshopt::VertexDataAdapter::new(positions, 12, 0).expect("whole positions");
+    let indices: &[u32] = mesh.triangles.as_flattened();
+    let locks = vec![false; mesh.positions.len()];
+    let kept = meshopt::simplify_with_attributes_and_locks(
+        indices,
+        &vertices,
+        mesh.normals.as_flattened(),
+        &[0.5; 3],
+        12,
+        &locks,
+        target * 3,
+        1.0,
+        meshopt::SimplifyOptions::None,
+        None,
+    );
+    kept.len() / 3
 }
 
 fn benches(c: &mut Criterion) {
-    let snake = snake();
-    let mesh = LodMesh {
-        positions: &snake.positions,
-        normals: &snake.normals,
-        uvs: &snake.uvs,
-        colors: &snake.colors,
-        joints: &snake.joints,
-        weights: &snake.weights,
-        triangles: &snake.triangles,
-        triangle_materials: &snake.materials,
-        appearance: crowd_lod::Appearance::default(),
-    };
-    let palettes = waving();
-    let all = vec![1.0 / FRAMES as f32; FRAMES];
-    let frames_100 = LodPoses { palettes: &palettes, joint_count: JOINTS, frame_weights: &all };
-    let frames_1 = LodPoses { palettes: &palettes[..JOINTS], joint_count: JOINTS, frame_weights: &[1.0] };
-    let order_only = LodOptions { measured_levels: 0, ..LodOptions::default() };
+    let snake = Snake::new(200, 250);
+    let mesh = snake.mesh();
+    let (waves_500, waves_64) = (Waves::new(5, 100), Waves::new(4, 16));
+    let with = |frames: FrameChoice| LodOptions { frames, ..LodOptions::default() };
+    let order_only = LodOptions { measured_levels: 0, frames: FrameChoice::All, ..LodOptions::default() };
     let paper = LodOptions { criteria: Criteria::Peng2011, ..order_only.clone() };
 
-    let mut group = c.benchmark_group("simplify, 20,000 triangles");
-    group.sample_size(10);
-    for (name, poses, options) in [
-        ("1 frame", &frames_1, &order_only),
-        ("100 frames", &frames_100, &order_only),
-        ("100 frames, peng2011", &frames_100, &paper),
-        ("100 frames and 16 measured levels", &frames_100, &LodOptions::default()),
+    let mut group = c.benchmark_group("100,000 triangles");
+    group.sample_size(10).sampling_mode(SamplingMode::Flat).measurement_time(Duration::from_secs(15));
+    for (name, waves, options) in [
+        ("500 frames, default", &waves_500, &with(FrameChoice::Auto)),
+        ("500 frames, --frames all", &waves_500, &with(FrameChoice::All)),
+        ("500 frames, --frames bind", &waves_500, &with(FrameChoice::Bind)),
+        ("64 frames, order alone", &waves_64, &order_only),
+        ("64 frames, order alone, peng2011", &waves_64, &paper),
     ] {
         group.bench_function(name, |b| {
-            b.iter(|| simplify(&mesh, poses, options, &|_| ()).expect("the snake is a valid mesh"));
+            b.iter(|| simplify(&mesh, &waves.poses(), options, &|_| ()).expect("the snake is a valid mesh"));
         });
     }
+    // The order holds every level, so the peer is asked for the deepest one of its table, and for a chain of four.
+    group.bench_function("meshoptimizer to 2 %", |b| b.iter(|| simplify_by_meshopt(&mesh, 2_000)));
+    let chain = [50_000, 25_000, 10_000, 2_000];
+    group.bench_function("meshoptimizer to 50, 25, 10 and 2 %", |b| {
+        b.iter(|| chain.map(|target| simplify_by_meshopt(&mesh, target)));
+    });
     group.finish();
 }
 

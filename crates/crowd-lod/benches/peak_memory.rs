@@ -1,0 +1,51 @@
+//! Most memory that a simplification of 100,000 triangles over 500 frames holds, the mesh and its poses included.
+//!
+//! `cargo bench -p crowd-lod --bench peak_memory`: runs itself once for each choice of frames, so that one run's memory is
+//! not counted with the next one's. Linux only: the kernel counts the peak.
+
+mod snake;
+
+use crowd_lod::{FrameChoice, LodOptions, simplify};
+use snake::{Snake, Waves};
+use std::time::Instant;
+
+const CHOICES: [(&str, FrameChoice); 3] =
+    [("auto", FrameChoice::Auto), ("all", FrameChoice::All), ("bind", FrameChoice::Bind)];
+
+fn main() {
+    let asked = std::env::args().find_map(|word| word.strip_prefix("frames=").map(str::to_owned));
+    let Some(asked) = asked else {
+        let program = std::env::current_exe().expect("the system knows what runs");
+        for (name, _) in CHOICES {
+            let run = std::process::Command::new(&program).arg(format!("frames={name}")).status();
+            assert!(run.expect("the program can be run again").success(), "--frames {name} failed");
+        }
+        return;
+    };
+    let (_, frames) = *CHOICES.iter().find(|(name, _)| *name == asked).expect("one of the choices");
+    let (snake, waves) = (Snake::new(200, 250), Waves::new(5, 100));
+    let before = peak_kib();
+    let started = Instant::now();
+    let options = LodOptions { frames, ..LodOptions::default() };
+    let order = simplify(&snake.mesh(), &waves.poses(), &options, &|_| ()).expect("the snake is a valid mesh");
+    let seconds = started.elapsed().as_secs_f64();
+    println!(
+        "--frames {asked}: {seconds:.2} s, peak {} MB ({} MB before it began), {} of {} frames, down to {} triangles",
+        peak_kib() / 1024,
+        before / 1024,
+        order.frames.used,
+        order.frames.given,
+        order.levels[0].triangle_count,
+    );
+    if let Some(check) = order.frames.check {
+        println!("  check: {check:?}, {} rerun(s)", order.frames.rerun_count);
+    }
+}
+
+/// The most memory this process held so far, KiB.
+fn peak_kib() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").expect("Linux tells of its processes");
+    let line = status.lines().find(|line| line.starts_with("VmHWM:")).expect("the kernel counts the peak");
+    let number: String = line.chars().filter(char::is_ascii_digit).collect();
+    number.parse().expect("digits")
+}
