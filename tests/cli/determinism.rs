@@ -17,6 +17,12 @@ fn one_two_and_eight_threads_give_the_same_bytes() {
     }
     bench.run_program(&["bake", "@.", "-o", "@process.crowdpack", "--animation-layout", "4x4"]).expect(0);
     assert!(bench.read("process.crowdpack") == bench.read("out.crowdpack"), "another process");
+    for threads in ["1", "2", "8"] {
+        let mut program = bench.program(&["bake", "@.", "-o", "@threads.crowdpack", "--animation-layout", "4x4", "-q"]);
+        let status = program.env("RAYON_NUM_THREADS", threads).status().expect("the program starts");
+        assert!(status.success());
+        assert!(bench.read("threads.crowdpack") == bench.read("out.crowdpack"), "RAYON_NUM_THREADS={threads}");
+    }
 }
 
 #[test]

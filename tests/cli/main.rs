@@ -4,6 +4,7 @@ mod bench;
 mod determinism;
 mod exports;
 mod hostile;
+mod frames;
 mod inputs;
 mod outputs;
 mod pictures;

@@ -116,6 +116,12 @@ impl FrameErrors {
         added
     }
 
+    /// Mean over all frames of each level's squared error, m².
+    #[cfg(test)]
+    pub fn mean_squares(&self, poses: &LodPoses<'_>) -> Vec<f64> {
+        self.by_level.iter().map(|errors| weighted_mean(errors.iter().copied(), poses.frame_weights)).collect()
+    }
+
     /// How far a frame's error lies off that of the frame which stands for it: its share in the mean of each level.
     fn missed(&self, poses: &LodPoses<'_>, chosen: &ChosenFrames<'_>, frame: u32) -> f64 {
         let stand_in = chosen.frames[chosen.stand_ins[frame as usize] as usize] as usize;
