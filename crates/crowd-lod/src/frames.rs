@@ -263,14 +263,14 @@ mod tests {
     use crate::{LodOptions, simplify};
 
     /// A knobbly tube along z whose upper half turns at its middle.
-    fn elbow() -> TestMesh {
-        let mut mesh = tube(40, 80, 12.0, true);
+    fn elbow(knobs: f32) -> TestMesh {
+        let mut mesh = tube(32, 64, 12.0, true);
         for v in 0..mesh.positions.len() {
             let upper = ((mesh.positions[v][2] - 5.0) / 2.0).clamp(0.0, 1.0);
             mesh.joints[v] = [0, 1, 0, 0];
             mesh.weights[v] = [1.0 - upper, upper, 0.0, 0.0];
             let [x, y, z] = mesh.positions[v];
-            let knobs = 1.0 + 0.2 * libm::sinf(z * 4.1 + x * 3.0) * libm::sinf(x * 2.0 - y * 5.0 + z);
+            let knobs = 1.0 + knobs * libm::sinf(z * 4.1 + x * 3.0) * libm::sinf(x * 2.0 - y * 5.0 + z);
             mesh.positions[v] = [x * knobs, y * knobs, z];
         }
         mesh
@@ -301,12 +301,12 @@ mod tests {
 
     #[test]
     fn root_motion_alone_is_one_frame() {
-        assert_eq!(choose(&elbow(), &walking(&[0.3; 200]), FrameChoice::Auto).len(), 1);
+        assert_eq!(choose(&elbow(0.2), &walking(&[0.3; 200]), FrameChoice::Auto).len(), 1);
     }
 
     #[test]
     fn few_frames_all_count_and_the_bind_pose_is_none_of_them() {
-        let (mesh, poses) = (elbow(), walking(&[0.0, 0.1, 0.2]));
+        let (mesh, poses) = (elbow(0.2), walking(&[0.0, 0.1, 0.2]));
         assert_eq!(choose(&mesh, &poses, FrameChoice::Auto), [0, 1, 2]);
         assert_eq!(choose(&mesh, &walking(&[0.0; 100]), FrameChoice::All).len(), 100);
         let split = split_seams(&mesh.mesh());
@@ -318,7 +318,7 @@ mod tests {
     fn rare_poses_are_chosen_and_weigh_what_they_stand_for() {
         let mut bends = [0.0; 300];
         bends[100..104].copy_from_slice(&[1.5, 1.501, 0.8, -1.2]);
-        let (mesh, poses) = (elbow(), walking(&bends));
+        let (mesh, poses) = (elbow(0.2), walking(&bends));
         let (chosen, _) = choose_frames(&mesh.mesh(), &poses.poses(), &split_seams(&mesh.mesh()), FrameChoice::Auto);
         assert_eq!(chosen.frames.len(), 4, "{:?}", chosen.frames);
         assert!([100, 101].iter().any(|f| chosen.frames.contains(f)));
@@ -339,7 +339,7 @@ mod tests {
         let mut poses = walking(&(0..100).map(|i| i as f32 * 0.015).collect::<Vec<_>>());
         let factors: Vec<f32> = (0..100).map(|i| f32::from(u8::from(i < 70))).collect();
         poses.frame_weights = multiply_weights(&poses.frame_weights, &factors).expect("70 frames").into_owned();
-        let chosen = choose(&elbow(), &poses, FrameChoice::Auto);
+        let chosen = choose(&elbow(0.2), &poses, FrameChoice::Auto);
         assert!(chosen.len() > 8 && chosen.iter().all(|&frame| frame < 70), "{chosen:?}");
     }
 
@@ -355,7 +355,7 @@ mod tests {
     /// A stretched run of frames that the chosen ones know nothing of: the check must find it, and what it adds must mend it.
     #[test]
     fn the_check_finds_frames_that_nobody_stands_for() {
-        let mesh = elbow();
+        let mesh = elbow(0.0);
         let bends: Vec<f32> = (0..120).map(|i| if i < 80 { 0.0 } else { (i - 79) as f32 * 0.04 }).collect();
         let poses = walking(&bends);
         let (mesh, poses) = (mesh.mesh(), poses.poses());
@@ -379,21 +379,23 @@ mod tests {
     /// The bake's promise: what chosen frames make is as good over all frames as what all of them make.
     #[test]
     fn chosen_frames_make_what_all_frames_make() {
-        let mesh = elbow();
-        let bends: Vec<f32> =
-            (0..400).map(|i| 1.6 * libm::sinf(i as f32 * 0.05) * libm::sinf(i as f32 * 0.011)).collect();
-        let poses = walking(&bends);
-        let error = |frames: FrameChoice| {
-            let options = LodOptions { frames, ..quick() };
-            let order = simplify(&mesh.mesh(), &poses.poses(), &options, &|_| ()).expect("a valid mesh");
-            (measure_all_frames(&mesh.mesh(), &poses.poses(), &order).mean_squares(&poses.poses()), order.frames)
-        };
-        let ((some, report), (all, _)) = (error(FrameChoice::Auto), error(FrameChoice::All));
-        assert!(report.used <= 80 && report.given == 400 && report.check.expect("checked").holds, "{report:?}");
-        // Leaving every second frame out of all moves each level by up to 7 %, both ways: that is no better or worse.
-        let ratios: Vec<f64> = some.iter().zip(&all).map(|(some, all)| (some / all).sqrt()).collect();
-        assert!(ratios.iter().all(|&ratio| ratio < 1.08), "{ratios:?}");
-        assert!(ratios.iter().product::<f64>().sqrt() < 1.03, "{ratios:?}");
+        let mesh = elbow(0.2);
+        let mut ratios: Vec<f64> = Vec::new();
+        for pace in [0.05, 0.037, 0.06] {
+            let bend = |i: u16| 1.6 * libm::sinf(f32::from(i) * pace) * libm::sinf(f32::from(i) * 0.011);
+            let poses = walking(&(0..400).map(bend).collect::<Vec<_>>());
+            let error = |frames: FrameChoice| {
+                let options = LodOptions { frames, ..quick() };
+                let order = simplify(&mesh.mesh(), &poses.poses(), &options, &|_| ()).expect("a valid mesh");
+                (measure_all_frames(&mesh.mesh(), &poses.poses(), &order).mean_squares(&poses.poses()), order.frames)
+            };
+            let ((some, report), (all, _)) = (error(FrameChoice::Auto), error(FrameChoice::All));
+            assert!(report.used <= 80 && report.given == 400 && report.check.expect("checked").holds, "{report:?}");
+            ratios.extend(some.iter().zip(&all).map(|(some, all)| (some / all).sqrt()));
+        }
+        // Leaving every second frame out of all moves single levels by up to 7 %, both ways; the mean tells.
+        let mean = libm::pow(ratios.iter().product(), 1.0 / ratios.len() as f64);
+        assert!(mean < 1.03 && ratios.iter().all(|&ratio| ratio < 1.12), "{mean} {ratios:?}");
     }
 
     #[test]
