@@ -30,16 +30,34 @@ fn main() {
     let order = simplify(&snake.mesh(), &waves.poses(), &options, &|_| ()).expect("the snake is a valid mesh");
     let seconds = started.elapsed().as_secs_f64();
     println!(
-        "--frames {asked}: {seconds:.2} s, peak {} MB ({} MB before it began), {} of {} frames, down to {} triangles",
+        "--frames {asked}: {seconds:.2} s, peak {} MB ({} MB before it began), {} of {} frames, down to {} triangles, \
+         map {:016x}",
         peak_kib() / 1024,
         before / 1024,
         order.frames.used,
         order.frames.given,
         order.levels[0].triangle_count,
+        fingerprint(&order.collapse_map),
     );
+    for share in [0.5, 0.25, 0.1, 0.05, 0.02] {
+        let wanted = (share * snake.triangles.len() as f64) as u32;
+        let level = order.measured.iter().rfind(|level| level.triangle_count <= wanted).expect("a level so small");
+        println!(
+            "  {} triangles: {:.3} mm RMS, {:.2} mm at most",
+            level.triangle_count,
+            level.error.rms_m * 1e3,
+            level.error.max_m * 1e3
+        );
+    }
     if let Some(check) = order.frames.check {
         println!("  check: {check:?}, {} rerun(s)", order.frames.rerun_count);
     }
+}
+
+/// FNV-1a: tells at a glance whether two runs gave the same.
+fn fingerprint(numbers: &[u32]) -> u64 {
+    let bytes = numbers.iter().flat_map(|number| number.to_le_bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 /// The most memory this process held so far, KiB.

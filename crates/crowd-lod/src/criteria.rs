@@ -3,10 +3,11 @@
 use crate::behind::diagonal;
 use crate::find_images::{Image, Moved};
 use crate::frames::draw_evenly;
-use crate::quadrics::{cross, dot, pose_position, sub};
+use crate::quadrics::{cross, dot, pose_position};
 use crate::split_seams::SplitMesh;
 use crate::topology::{Spoke, Topology};
 use crate::{Criteria, LodMesh, LodPoses, Obstacle, VertexClass};
+use rayon::prelude::*;
 
 /// Posed frames, besides the bind pose, in which triangles may not flip.
 const FLIP_FRAMES: usize = 4;
@@ -35,9 +36,18 @@ pub(crate) struct Rules {
     locked: Vec<bool>,
     /// Wedges each position had at full detail, where all must keep an image (Peng 2011); else empty.
     required_wedges: Vec<u32>,
-    /// Positions in bind pose and in some frames.
-    posed: Vec<Vec<[f32; 3]>>,
+    /// Frames tested besides the bind pose.
+    frame_count: usize,
+    /// For each position its places in the tested poses: x, y, z, one lane a pose, bind pose first.
+    posed: Vec<Places>,
+    /// For each triangle its normals at full detail in the tested poses, twice the area long.
+    first_normals: Vec<Places>,
 }
+
+/// Poses tested at once: the bind pose, the frames, and the bind pose again in the lanes left over.
+const POSES: usize = 8;
+/// A place or a direction in each tested pose.
+type Places = [[f32; POSES]; 3];
 
 impl Rules {
     /// Prepares the rules for a mesh.
@@ -60,18 +70,34 @@ impl Rules {
                 required_wedges[p] += 1;
             }
         }
-        let bind = split.position_source.iter().map(|&v| mesh.positions[v as usize]).collect();
-        let mut posed: Vec<Vec<[f32; 3]>> = vec![bind];
-        for (frame, _) in draw_evenly(poses.frame_weights, FLIP_FRAMES) {
-            let palette = &poses.palettes[frame * poses.joint_count..][..poses.joint_count];
-            let pose = |&v: &u32| {
-                let v = v as usize;
-                pose_position(mesh.positions[v], mesh.joints[v], mesh.weights[v], palette)
-            };
-            posed.push(split.position_source.iter().map(pose).collect());
+        let frames = draw_evenly(poses.frame_weights, FLIP_FRAMES);
+        let place = |&v: &u32| {
+            let v = v as usize;
+            let mut places = mesh.positions[v].map(|c| [c; POSES]);
+            for (lane, &(frame, _)) in frames.iter().enumerate() {
+                let palette = &poses.palettes[frame * poses.joint_count..][..poses.joint_count];
+                let posed = pose_position(mesh.positions[v], mesh.joints[v], mesh.weights[v], palette);
+                (0..3).for_each(|i| places[i][1 + lane] = posed[i]);
+            }
+            places
+        };
+        let posed: Vec<Places> = split.position_source.par_iter().map(place).collect();
+        let normal = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| &posed[split.position_of(v) as usize]);
+            normals(a, b, c)
+        };
+        let first_normals = split.triangles.par_iter().map(normal).collect();
+        let bind: Vec<[f32; 3]> = posed.iter().map(|places| places.map(|c| c[0])).collect();
+        let turned = TURNED_SHARE * diagonal(&bind);
+        Self {
+            criteria,
+            turned_cost: turned * turned,
+            locked,
+            required_wedges,
+            frame_count: frames.len(),
+            posed,
+            first_normals,
         }
-        let turned = TURNED_SHARE * diagonal(&posed[0]);
-        Self { criteria, turned_cost: turned * turned, locked, required_wedges, posed }
     }
 
     /// Which criteria these are.
@@ -80,8 +106,8 @@ impl Rules {
     }
 
     /// Positions in some poses, bind pose first.
-    pub fn some_poses(&self) -> [&[[f32; 3]]; 2] {
-        [&self.posed[0], &self.posed[self.posed.len() / 2]]
+    pub fn some_poses(&self) -> [Vec<[f32; 3]>; 2] {
+        [0, self.frame_count.div_ceil(2)].map(|lane| self.posed.iter().map(|places| places.map(|c| c[lane])).collect())
     }
 
     /// Whether position `u` may move at all, wherever it goes.
@@ -91,7 +117,8 @@ impl Rules {
 
     /// Squared distance of two positions in bind pose, m².
     pub fn bind_distance_squared(&self, u: u32, t: u32) -> f32 {
-        let d = sub(self.posed[0][t as usize], self.posed[0][u as usize]);
+        let [a, b] = [t, u].map(|p| self.posed[p as usize].map(|c| c[0]));
+        let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
         dot(d, d)
     }
 
@@ -139,17 +166,9 @@ impl Rules {
             let corner = topology.corner_at(triangle, u);
             let positions = topology.triangle_positions[triangle as usize];
             let (a, b) = (positions[(corner + 1) % 3] as usize, positions[(corner + 2) % 3] as usize);
-            let mut turned = false;
-            let mut area = 0.0;
-            for (i, pose) in self.posed.iter().enumerate() {
-                let after = turn(pose, u as usize, t as usize, a, b).ok_or(Obstacle::Flip)?;
-                let [x, y, z] = topology.first_positions[triangle as usize].map(|p| pose[p as usize]);
-                let first = cross(sub(y, x), sub(z, x));
-                turned |= dot(first, first) > 0.0 && dot(first, after) <= 0.0;
-                if i == 0 {
-                    area = 0.5 * dot(after, after).sqrt();
-                }
-            }
+            let (after, turned_over) = self.turn(triangle, u as usize, t as usize, a, b).ok_or(Obstacle::Flip)?;
+            let mut turned = turned_over;
+            let area = 0.5 * dot(after, after).sqrt();
             let variants = topology.triangles[triangle as usize];
             let uv = |variant: u32| split.variant_uv[variant as usize].map(f64::from);
             let own = variants[corner];
@@ -242,13 +261,8 @@ impl Rules {
             let corner = topology.corner_at(triangle, u);
             let positions = topology.triangle_positions[triangle as usize];
             let (a, b) = (positions[(corner + 1) % 3] as usize, positions[(corner + 2) % 3] as usize);
-            for pose in &self.posed {
-                let after = turn(pose, u as usize, t as usize, a, b).ok_or(Obstacle::Flip)?;
-                let [x, y, z] = topology.first_positions[triangle as usize].map(|p| pose[p as usize]);
-                let first = cross(sub(y, x), sub(z, x));
-                if dot(first, first) > 0.0 && dot(first, after) <= 0.0 {
-                    return Err(Obstacle::Flip);
-                }
+            if !self.turn(triangle, u as usize, t as usize, a, b).is_some_and(|(_, turned_over)| !turned_over) {
+                return Err(Obstacle::Flip);
             }
             let variants = topology.triangles[triangle as usize];
             let uv = |i: usize| split.variant_uv[variants[(corner + i) % 3] as usize].map(f64::from);
@@ -259,6 +273,25 @@ impl Rules {
             }
         }
         Ok(())
+    }
+}
+
+impl Rules {
+    /// The normal in bind pose, twice the area long, of `triangle` with corners `u a b` after `u` moved to `t`, and whether it lies in
+    /// some pose more than a right angle from how it lay at full detail; `None` if it turns over.
+    fn turn(&self, triangle: u32, u: usize, t: usize, a: usize, b: usize) -> Option<([f32; 3], bool)> {
+        let [u, t, a, b] = [u, t, a, b].map(|p| &self.posed[p]);
+        let (before, after) = (normals(u, a, b), normals(t, a, b));
+        let first = &self.first_normals[triangle as usize];
+        let (mut over, mut far) = ([false; POSES], [false; POSES]);
+        for i in 0..POSES {
+            let [n, m, o] = [&before, &after, first].map(|places| [places[0][i], places[1][i], places[2][i]]);
+            let before_squared = dot(n, n);
+            let limit = MIN_TURN_COS * (before_squared * dot(m, m)).sqrt();
+            over[i] = before_squared > 0.0 && dot(n, m) <= limit;
+            far[i] = dot(o, o) > 0.0 && dot(o, m) <= 0.0;
+        }
+        if over.contains(&true) { None } else { Some((after.map(|c| c[0]), far.contains(&true))) }
     }
 }
 
@@ -275,13 +308,15 @@ fn wedge_at(topology: &Topology, split: &SplitMesh, triangle: u32, p: u32) -> u3
     split.variant_wedge[topology.triangles[triangle as usize][corner] as usize]
 }
 
-/// The normal, twice the area long, of triangle `u a b` after `u` moved to `t`; `None` if it turns over.
-fn turn(pose: &[[f32; 3]], u: usize, t: usize, a: usize, b: usize) -> Option<[f32; 3]> {
-    let before = cross(sub(pose[a], pose[u]), sub(pose[b], pose[u]));
-    let after = cross(sub(pose[a], pose[t]), sub(pose[b], pose[t]));
-    let before_squared = dot(before, before);
-    let limit = MIN_TURN_COS * (before_squared * dot(after, after)).sqrt();
-    if before_squared > 0.0 && dot(before, after) <= limit { None } else { Some(after) }
+/// Normals of a triangle in each pose, twice the area long.
+fn normals(a: &Places, b: &Places, c: &Places) -> Places {
+    let mut out = [[0.0; POSES]; 3];
+    for i in 0..POSES {
+        let (e, f) = ([0, 1, 2].map(|k| b[k][i] - a[k][i]), [0, 1, 2].map(|k| c[k][i] - a[k][i]));
+        let n = cross(e, f);
+        (0..3).for_each(|k| out[k][i] = n[k]);
+    }
+    out
 }
 
 /// Whether a triangle that has a side in the texture loses it or shows the other one.

@@ -115,8 +115,8 @@ fn collapse(
         Criteria::Peng2011 => AttributeWeights { uv: 0.0, normal: 0.0, color: 0.0 },
     };
     let some_poses = rules.some_poses();
-    let diagonal = behind::diagonal(some_poses[0]);
-    let behind = behind::measure_behind(mesh, &split, &some_poses, &minded, diagonal);
+    let diagonal = behind::diagonal(&some_poses[0]);
+    let behind = behind::measure_behind(mesh, &split, &some_poses.each_ref().map(Vec::as_slice), &minded, diagonal);
     let mut attributes = attributes::Attributes::build(mesh, &split, &minded, diagonal);
     let mut normals: Vec<[f32; 3]> = split.variant_source.iter().map(|&v| mesh.normals[v as usize]).collect();
     let surface = collapse::Surface {
