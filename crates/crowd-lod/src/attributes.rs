@@ -141,6 +141,10 @@ pub(crate) struct Attributes {
     colored: bool,
     normal_weight: f64,
     color_weight: f64,
+    /// Position of each variant.
+    positions: Vec<u32>,
+    /// What each variant's quadric costs where it is.
+    paid: Vec<f64>,
 }
 
 impl Attributes {
@@ -170,7 +174,20 @@ impl Attributes {
                 }
             }
         }
-        Self { fields, shown, places, colored, normal_weight, color_weight }
+        let mut attributes = Self {
+            fields,
+            shown,
+            places,
+            colored,
+            normal_weight,
+            color_weight,
+            paid: Vec::new(),
+            positions: Vec::new(),
+        };
+        attributes.positions = (0..split.variant_wedge.len() as u32).map(|v| split.position_of(v)).collect();
+        attributes.paid =
+            (0..attributes.shown.len() as u32).into_par_iter().map(|v| attributes.cost_at_home(v)).collect();
+        attributes
     }
 
     /// What it costs that variant `v` moves to position `t` and shows there what `image` shows.
@@ -185,8 +202,12 @@ impl Attributes {
     }
 
     /// What `v`'s quadric costs where it is.
-    pub fn paid(&self, split: &SplitMesh, v: u32) -> f64 {
-        self.cost_of(v, self.places[split.position_of(v) as usize], self.shown[v as usize])
+    pub fn paid(&self, v: u32) -> f64 {
+        self.paid[v as usize]
+    }
+
+    fn cost_at_home(&self, v: u32) -> f64 {
+        self.cost_of(v, self.places[self.positions[v as usize] as usize], self.shown[v as usize])
     }
 
     /// Adds `v`'s quadric to that of its image, at the image's place.
@@ -196,10 +217,13 @@ impl Attributes {
         target.uv.merge(&source.uv);
         target.normal.merge(&source.normal);
         target.color.merge(&source.color);
+        self.paid[image as usize] = self.cost_at_home(image);
     }
 
-    /// A new variant, showing what two others show, without triangles of its own yet.
-    pub fn add_stand_in(&mut self, uv_of: u32, normal_of: u32) {
+    /// A new variant at a position, showing what two others show, without triangles of its own yet.
+    pub fn add_stand_in(&mut self, position: u32, uv_of: u32, normal_of: u32) {
+        self.positions.push(position);
+        self.paid.push(0.0);
         let shown = Shown { normal: self.shown[normal_of as usize].normal, ..self.shown[uv_of as usize] };
         self.shown.push(shown);
         self.fields.push(VariantFields { uv: Field::ZERO, normal: Field::ZERO, color: Field::ZERO });

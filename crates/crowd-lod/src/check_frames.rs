@@ -59,7 +59,7 @@ fn errors_of_level(mesh: &LodMesh<'_>, poses: &LodPoses<'_>, order: &CollapseOrd
     let samples = spread_samples(mesh.positions, &full, count as u32);
     let tie = |sample: &Sample| {
         let place = place_of(sample, full[sample.triangle as usize].map(|v| mesh.positions[v as usize]));
-        tree.closest(place, mesh.positions, &coarse).map(|(_, triangle)| (*sample, coarse[triangle as usize]))
+        tree.closest(place, mesh.positions, &coarse, u32::MAX).map(|(triangle, _)| (*sample, coarse[triangle as usize]))
     };
     let tied: Vec<(Sample, [u32; 3])> = samples.par_iter().filter_map(tie).collect();
     let error = |frame: usize| {

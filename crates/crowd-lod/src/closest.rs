@@ -103,17 +103,31 @@ impl ClosestTriangles {
         }
     }
 
-    /// Squared distance from a point to the closest triangle, `None` when there is no triangle.
-    pub fn distance_squared(&self, point: [f32; 3], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Option<f32> {
-        self.closest(point, positions, triangles).map(|(squared, _)| squared)
+    /// For each triangle, its place in the tree: triangles next to each other are so in space too.
+    pub fn places(&self) -> Vec<u32> {
+        let mut places = vec![0; self.order.len()];
+        for (place, &t) in self.order.iter().enumerate() {
+            places[t as usize] = place as u32;
+        }
+        places
     }
 
-    /// The triangle closest to a point and its squared distance, `None` when there is no triangle.
-    pub fn closest(&self, point: [f32; 3], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Option<(f32, u32)> {
+    /// The triangle closest to a point and its squared distance, `None` when there is no triangle. `hint`: a triangle that is likely
+    /// close, where the search starts; beyond their number for none.
+    pub fn closest(
+        &self,
+        point: [f32; 3],
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        hint: u32,
+    ) -> Option<(u32, f32)> {
         if self.nodes.is_empty() {
             return None;
         }
-        let (mut best, mut found) = (f32::INFINITY, self.order[0]);
+        let (mut best, mut found) = match triangles.get(hint as usize) {
+            Some(t) => (triangle_distance_squared(point, t.map(|v| positions[v as usize])), hint),
+            None => (f32::INFINITY, self.order[0]),
+        };
         // Halving splits of fewer than 2^28 triangles: the stack never holds more than one node a level.
         let mut stack = [(0_u32, 0.0_f32); 64];
         let mut depth = 1;
@@ -142,7 +156,7 @@ impl ClosestTriangles {
             stack[depth + 1] = near;
             depth += 2;
         }
-        Some((best, found))
+        Some((found, best))
     }
 
     /// Calls `visit` with each triangle through whose front the line through `origin` along `direction`, a unit vector, leaves,
@@ -236,8 +250,12 @@ impl ClosestTriangles {
 
     fn box_distance(&self, node: u32, point: [f32; 3]) -> f32 {
         let node = &self.nodes[node as usize];
-        let outside = [0, 1, 2].map(|i| (node.low[i] - point[i]).max(point[i] - node.high[i]).max(0.0));
-        dot(outside, outside)
+        let mut squared = 0.0;
+        for i in 0..3 {
+            let outside = (node.low[i] - point[i]).max(point[i] - node.high[i]).max(0.0);
+            squared += outside * outside;
+        }
+        squared
     }
 }
 
@@ -281,14 +299,20 @@ pub(crate) fn line_leaves_triangle(origin: [f32; 3], direction: [f32; 3], [a, b,
 /// Squared distance from a point to a triangle: to its plane when the point is above it, else to its edges.
 pub(crate) fn triangle_distance_squared(point: [f32; 3], [a, b, c]: [[f32; 3]; 3]) -> f32 {
     let n = cross(sub(b, a), sub(c, a));
-    let inside = |from: [f32; 3], to: [f32; 3]| dot(cross(n, sub(to, from)), sub(point, from)) >= 0.0;
     let length_squared = dot(n, n);
-    if length_squared > f32::MIN_POSITIVE && inside(a, b) && inside(b, c) && inside(c, a) {
-        let height = dot(n, sub(point, a));
-        return height * height / length_squared;
+    let flat = length_squared <= f32::MIN_POSITIVE;
+    // The closest point lies on an edge that the point is beyond.
+    let mut least = f32::INFINITY;
+    for (from, to) in [(a, b), (b, c), (c, a)] {
+        if flat || dot(cross(n, sub(to, from)), sub(point, from)) < 0.0 {
+            least = least.min(segment_distance_squared(point, from, to));
+        }
     }
-    let to_edges = [(a, b), (b, c), (c, a)].map(|(from, to)| segment_distance_squared(point, from, to));
-    to_edges[0].min(to_edges[1]).min(to_edges[2])
+    if least < f32::INFINITY {
+        return least;
+    }
+    let height = dot(n, sub(point, a));
+    height * height / length_squared
 }
 
 fn segment_distance_squared(point: [f32; 3], from: [f32; 3], to: [f32; 3]) -> f32 {
@@ -296,7 +320,7 @@ fn segment_distance_squared(point: [f32; 3], from: [f32; 3], to: [f32; 3]) -> f3
     let offset = sub(point, from);
     let length_squared = dot(along, along);
     let share = if length_squared > 0.0 { (dot(offset, along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
-    let rest = [0, 1, 2].map(|i| offset[i] - share * along[i]);
+    let rest = [offset[0] - share * along[0], offset[1] - share * along[1], offset[2] - share * along[2]];
     dot(rest, rest)
 }
 
@@ -322,7 +346,12 @@ mod tests {
                 tree.refit(positions, &triangles);
                 let all = triangles.iter().map(|t| triangle_distance_squared(point, t.map(|v| positions[v as usize])));
                 let least = all.fold(f32::INFINITY, f32::min);
-                prop_assert_eq!(tree.distance_squared(point, positions, &triangles), Some(least));
+                for hint in [u32::MAX, 0, built.len() as u32 - 1] {
+                    let (found, squared) = tree.closest(point, positions, &triangles, hint).expect("a triangle");
+                    prop_assert_eq!(squared, least);
+                    let corners = triangles[found as usize].map(|v| positions[v as usize]);
+                    prop_assert_eq!(triangle_distance_squared(point, corners), least);
+                }
                 let hit = tree.closest_point(point, positions, &triangles, None, None).expect("a triangle");
                 let again = tree.closest_point(point, positions, &triangles, None, Some(0));
                 prop_assert_eq!(again, Some(hit));
@@ -391,6 +420,6 @@ mod tests {
 
     #[test]
     fn no_triangle_is_no_distance() {
-        assert_eq!(ClosestTriangles::new(&[], &[]).distance_squared([0.0; 3], &[], &[]), None);
+        assert_eq!(ClosestTriangles::new(&[], &[]).closest([0.0; 3], &[], &[], 0), None);
     }
 }

@@ -3,7 +3,7 @@
 use crate::behind::diagonal;
 use crate::find_images::{Image, Moved};
 use crate::frames::draw_evenly;
-use crate::quadrics::{cross, dot, pose_position};
+use crate::quadrics::{dot, pose_position};
 use crate::split_seams::SplitMesh;
 use crate::topology::{Spoke, Topology};
 use crate::{Criteria, LodMesh, LodPoses, Obstacle, VertexClass};
@@ -283,15 +283,15 @@ impl Rules {
         let [u, t, a, b] = [u, t, a, b].map(|p| &self.posed[p]);
         let (before, after) = (normals(u, a, b), normals(t, a, b));
         let first = &self.first_normals[triangle as usize];
-        let (mut over, mut far) = ([false; POSES], [false; POSES]);
+        let (mut over, mut far) = (0_u32, 0_u32);
         for i in 0..POSES {
-            let [n, m, o] = [&before, &after, first].map(|places| [places[0][i], places[1][i], places[2][i]]);
-            let before_squared = dot(n, n);
-            let limit = MIN_TURN_COS * (before_squared * dot(m, m)).sqrt();
-            over[i] = before_squared > 0.0 && dot(n, m) <= limit;
-            far[i] = dot(o, o) > 0.0 && dot(o, m) <= 0.0;
+            let product = |a: &Places, b: &Places| a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i];
+            let before_squared = product(&before, &before);
+            let limit = MIN_TURN_COS * (before_squared * product(&after, &after)).sqrt();
+            over |= u32::from(before_squared > 0.0) & u32::from(product(&before, &after) <= limit);
+            far |= u32::from(product(first, first) > 0.0) & u32::from(product(first, &after) <= 0.0);
         }
-        if over.contains(&true) { None } else { Some((after.map(|c| c[0]), far.contains(&true))) }
+        if over != 0 { None } else { Some(([after[0][0], after[1][0], after[2][0]], far != 0)) }
     }
 }
 
@@ -310,13 +310,15 @@ fn wedge_at(topology: &Topology, split: &SplitMesh, triangle: u32, p: u32) -> u3
 
 /// Normals of a triangle in each pose, twice the area long.
 fn normals(a: &Places, b: &Places, c: &Places) -> Places {
-    let mut out = [[0.0; POSES]; 3];
+    let (mut x, mut y, mut z) = ([0.0; POSES], [0.0; POSES], [0.0; POSES]);
     for i in 0..POSES {
-        let (e, f) = ([0, 1, 2].map(|k| b[k][i] - a[k][i]), [0, 1, 2].map(|k| c[k][i] - a[k][i]));
-        let n = cross(e, f);
-        (0..3).for_each(|k| out[k][i] = n[k]);
+        let (ex, ey, ez) = (b[0][i] - a[0][i], b[1][i] - a[1][i], b[2][i] - a[2][i]);
+        let (fx, fy, fz) = (c[0][i] - a[0][i], c[1][i] - a[1][i], c[2][i] - a[2][i]);
+        x[i] = ey * fz - ez * fy;
+        y[i] = ez * fx - ex * fz;
+        z[i] = ex * fy - ey * fx;
     }
-    out
+    [x, y, z]
 }
 
 /// Whether a triangle that has a side in the texture loses it or shows the other one.

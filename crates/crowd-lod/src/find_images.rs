@@ -140,6 +140,9 @@ impl ImageFinder<'_> {
     }
 
     fn is_closer(&self, v: u32, candidate: u32, best: u32) -> bool {
+        if candidate == best {
+            return false;
+        }
         let (cos, best_cos) = (self.cos(v, candidate), self.cos(v, best));
         cos > best_cos || (cos == best_cos && candidate < best)
     }

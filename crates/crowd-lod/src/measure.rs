@@ -103,7 +103,8 @@ pub(crate) struct Sample {
 /// Where a sample lies, given the corners of its triangle.
 pub(crate) fn place_of(sample: &Sample, [a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {
     let [s, t] = sample.weights;
-    [0, 1, 2].map(|i| s * a[i] + t * b[i] + (1.0 - s - t) * c[i])
+    let r = 1.0 - s - t;
+    [s * a[0] + t * b[0] + r * c[0], s * a[1] + t * b[1] + r * c[1], s * a[2] + t * b[2] + r * c[2]]
 }
 
 fn measure_frames(
@@ -114,12 +115,19 @@ fn measure_frames(
     frames: &[usize],
     samples_per_frame: u32,
 ) -> Vec<MeasuredError> {
-    let full_samples = spread_samples(vertices.positions, triangles, samples_per_frame);
-    let level_samples: Vec<Vec<Sample>> =
-        levels.par_iter().map(|level| spread_samples(vertices.positions, level, samples_per_frame)).collect();
+    // In the order of the tree, so that one search finds what it needs where the last one was.
+    let ordered_samples = |side: &[[u32; 3]], tree: &ClosestTriangles| {
+        let mut samples = spread_samples(vertices.positions, side, samples_per_frame);
+        let places = tree.places();
+        samples.sort_by_key(|sample| places[sample.triangle as usize]);
+        samples
+    };
     let full_tree = ClosestTriangles::new(vertices.positions, triangles);
+    let full_samples = ordered_samples(triangles, &full_tree);
     let level_trees: Vec<ClosestTriangles> =
         levels.par_iter().map(|level| ClosestTriangles::new(vertices.positions, level)).collect();
+    let level_samples: Vec<Vec<Sample>> =
+        levels.par_iter().zip(&level_trees).map(|(level, tree)| ordered_samples(level, tree)).collect();
 
     // Sum of squares, count and largest square for each frame and level.
     let by_frame: Vec<Vec<(f64, u32, f32)>> = frames
@@ -129,14 +137,17 @@ fn measure_frames(
             let posed = pose_all(vertices, palette);
             let mut full_tree = full_tree.clone();
             full_tree.refit(&posed, triangles);
+            // A level's triangle is the one of full detail at its place, and what lies close in one level does in the next.
+            let mut there_hints: Vec<u32> = full_samples.iter().map(|sample| sample.triangle).collect();
             let measure = |i: usize| {
                 let mut level_tree = level_trees[i].clone();
                 level_tree.refit(&posed, levels[i]);
-                let there = one_sided(&posed, triangles, &full_samples, levels[i], &level_tree);
-                let back = one_sided(&posed, levels[i], &level_samples[i], triangles, &full_tree);
+                let mut back_hints: Vec<u32> = level_samples[i].iter().map(|sample| sample.triangle).collect();
+                let there = one_sided(&posed, triangles, &full_samples, levels[i], &level_tree, &mut there_hints);
+                let back = one_sided(&posed, levels[i], &level_samples[i], triangles, &full_tree, &mut back_hints);
                 (there.0 + back.0, there.1 + back.1, there.2.max(back.2))
             };
-            (0..levels.len()).into_par_iter().map(measure).collect()
+            (0..levels.len()).map(measure).collect()
         })
         .collect();
 
@@ -163,18 +174,21 @@ fn pose_all(vertices: &Vertices<'_>, palette: &[Mat3x4]) -> Vec<[f32; 3]> {
     (0..vertices.positions.len()).map(pose).collect()
 }
 
-/// Squared distances from samples of one mesh to the other: their sum, their count, the largest.
+/// Squared distances from samples of one mesh to the other: their sum, their count, the largest. `hints`: for each sample a triangle
+/// of the other that is likely close; the closest afterwards.
 fn one_sided(
     posed: &[[f32; 3]],
     from: &[[u32; 3]],
     samples: &[Sample],
     to: &[[u32; 3]],
     to_tree: &ClosestTriangles,
+    hints: &mut [u32],
 ) -> (f64, u32, f32) {
     let (mut sum, mut largest, mut count) = (0.0_f64, 0.0_f32, 0);
-    for sample in samples {
+    for (sample, hint) in samples.iter().zip(hints) {
         let point = place_of(sample, from[sample.triangle as usize].map(|v| posed[v as usize]));
-        if let Some(squared) = to_tree.distance_squared(point, posed, to) {
+        if let Some((found, squared)) = to_tree.closest(point, posed, to, *hint) {
+            *hint = found;
             sum += f64::from(squared);
             largest = largest.max(squared);
             count += 1;

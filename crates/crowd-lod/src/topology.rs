@@ -12,8 +12,6 @@ pub(crate) struct Topology {
     pub triangles: Vec<[u32; 3]>,
     /// Corners as positions.
     pub triangle_positions: Vec<[u32; 3]>,
-    /// Corners as positions at full detail.
-    pub first_positions: Vec<[u32; 3]>,
     /// Whether a triangle still counts.
     pub alive: Vec<bool>,
     /// Living triangles.
@@ -46,7 +44,6 @@ impl Topology {
         }
         Self {
             triangles: split.triangles.clone(),
-            first_positions: triangle_positions.clone(),
             alive: vec![true; triangle_positions.len()],
             alive_count: triangle_positions.len() as u32,
             triangle_positions,
