@@ -11,6 +11,8 @@ const STRAIGHT_COS: f32 = -0.7;
 pub(crate) struct Charts {
     /// Chart of each triangle.
     pub of_triangle: Vec<u32>,
+    /// Edges where charts end: chart, and the ends as vertices of the mesh.
+    pub rim_edges: Vec<(u32, [u32; 2])>,
     /// Rim of each chart.
     rims: Vec<Rim>,
 }
@@ -66,11 +68,14 @@ impl Charts {
         rim_corners.sort_unstable();
         let mut rims: Vec<Rim> = Vec::new();
         rims.resize_with(count as usize, Rim::default);
+        let mut rim_edges = Vec::with_capacity(rim_corners.len());
         for corner in rim_corners {
             let (t, i) = (corner as usize / 3, corner as usize % 3);
             let rim = &mut rims[of_triangle[t] as usize];
             let at = rim.ends.len() as u32;
-            for v in [triangles[t][i], triangles[t][(i + 1) % 3]] {
+            let ends = [triangles[t][i], triangles[t][(i + 1) % 3]];
+            rim_edges.push((of_triangle[t], ends));
+            for v in ends {
                 let [u, v] = mesh.uvs[v as usize];
                 rim.ends.push([u, v, 0.0]);
             }
@@ -82,7 +87,7 @@ impl Charts {
             rim.tree = Some(tree);
             rim.corners = rim_corners_of(&rim.ends);
         }
-        Self { of_triangle, rims }
+        Self { of_triangle, rim_edges, rims }
     }
 
     /// Whether the rim of a chart turns at `uv`, one of its vertices.

@@ -7,24 +7,28 @@ const KEEP_SHARE: f64 = 0.02;
 /// Sweeps over all unknowns; neighbours share a triangle, so few suffice.
 const SWEEP_COUNT: usize = 12;
 
+/// Times that pairs are weighed anew by how well they were met, so that the mean error counts, not its square: a few
+/// pairs across an edge or a seam would spoil all around them.
+pub(crate) const REWEIGHT_COUNT: usize = 3;
+
 /// The values that, interpolated over the level's triangles, are closest to the targets of the pairs.
 ///
 /// `corners`: unknown at each corner of each triangle of the level. `first`: what the unknowns are now. `target`: what
-/// a pair asks for; `None` leaves it out. An unknown that no pair asks for stays.
+/// a pair asks for; and how much it is heeded; `None` leaves it out. An unknown that no pair asks for stays.
 pub(crate) fn spread_attribute<const N: usize>(
     corners: &[[u32; 3]],
     first: &[[f64; N]],
     pairs: &[Pair],
-    target: impl Fn(&Pair) -> Option<[f64; N]>,
+    target: impl Fn(&Pair) -> Option<([f64; N], f64)>,
 ) -> Vec<[f64; N]> {
     let mut matrices = vec![[[0.0_f64; 3]; 3]; corners.len()];
     let mut rights = vec![[[0.0_f64; N]; 3]; corners.len()];
     let mut total = 0.0;
     for pair in pairs {
-        let Some(target) = target(pair) else { continue };
+        let Some((target, heed)) = target(pair) else { continue };
         let t = pair.triangle as usize;
         for k in 0..3 {
-            let pull = f64::from(pair.share * pair.weights[k]);
+            let pull = heed * f64::from(pair.share * pair.weights[k]);
             for i in 0..N {
                 rights[t][k][i] += pull * target[i];
             }
@@ -64,6 +68,16 @@ pub(crate) fn spread_attribute<const N: usize>(
         }
     }
     values
+}
+
+/// A value between those of three corners.
+pub(crate) fn interpolate<const N: usize>(corners: [[f64; N]; 3], weights: [f32; 3]) -> [f64; N] {
+    std::array::from_fn(|i| (0..3).map(|k| corners[k][i] * f64::from(weights[k])).sum())
+}
+
+/// How far two values are apart.
+pub(crate) fn distance<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
+    (0..N).map(|i| (a[i] - b[i]) * (a[i] - b[i])).sum::<f64>().sqrt()
 }
 
 /// Corners (triangle times three plus corner) that use each unknown: offsets, and the corners.

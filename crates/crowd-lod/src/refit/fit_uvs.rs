@@ -1,7 +1,6 @@
 //! Slides the texture coordinates of a level to where full detail has them, each within its chart.
 
-use super::charts::Charts;
-use super::fit_attributes::{number_by_key, spread_attribute};
+use super::fit_attributes::{REWEIGHT_COUNT, distance, interpolate, number_by_key, spread_attribute};
 use super::full_detail::FullDetail;
 use super::pairs::Pair;
 use super::shape::Shape;
@@ -15,19 +14,23 @@ const STEP_LIMIT: f32 = 0.75;
 /// A triangle of the texture keeps at least this share of its area.
 const LEAST_AREA: f32 = 0.1;
 
-/// Gives each vertex the texture coordinate that, interpolated over the level's triangles, is closest to full detail's.
+/// Slides well below this share of a texture edge count by their square, longer ones by their length.
+const SMALL_ERROR: f64 = 0.1;
+
+/// For each vertex the texture coordinate that, interpolated over the level's triangles, is closest to full detail's.
 ///
 /// Only pairs within one chart count. Coordinates on the rim of their chart slide along it and stay on it, at its corners they
 /// stay; no triangle of
 /// the texture turns over. `materials`: of each vertex of the level.
 pub(crate) fn fit_uvs(
     full: &FullDetail<'_>,
-    charts: &Charts,
     shape: &Shape,
     pairs: &[Pair],
     materials: &[u16],
-    level: &mut LevelMesh,
-) {
+    level: &LevelMesh,
+) -> Vec<[f32; 2]> {
+    // The level's triangles are the first of full detail's: each keeps its chart.
+    let charts = &full.charts;
     let (groups, count) = number_by_key(level.uvs.len(), |v| {
         (shape.skins[shape.skin_of[v] as usize].place, level.uvs[v].map(zero_signless_bits), materials[v])
     });
@@ -37,20 +40,26 @@ pub(crate) fn fit_uvs(
         first[g as usize] = level.uvs[v];
     }
     let before = first.iter().map(|uv| uv.map(f64::from)).collect::<Vec<_>>();
-    // The level's triangles are the first of full detail's: each keeps its chart.
-    let wanted = spread_attribute(&corners, &before, pairs, |pair| {
-        if charts.of_triangle[pair.triangle as usize] != charts.of_triangle[pair.full_triangle as usize] {
-            return None;
-        }
-        let at = full.triangles[pair.full_triangle as usize].map(|v| full.mesh.uvs[v as usize]);
-        let w = pair.full_weights;
-        Some([0, 1].map(|i| f64::from(at[0][i] * w[0] + at[1][i] * w[1] + at[2][i] * w[2])))
-    });
+    let edges = mean_edges(&corners, &first);
+    let mut wanted = before.clone();
+    for _ in 0..REWEIGHT_COUNT {
+        let now = wanted;
+        wanted = spread_attribute(&corners, &before, pairs, |pair| {
+            if charts.of_triangle[pair.triangle as usize] != charts.of_triangle[pair.full_triangle as usize] {
+                return None;
+            }
+            let target = full.uv_at(pair).map(f64::from);
+            let own = corners[pair.triangle as usize];
+            let size = f64::from(own.iter().map(|&g| edges[g as usize]).sum::<f32>()) / 3.0;
+            let error = distance(interpolate(own.map(|g| now[g as usize]), pair.weights), target);
+            let heed = if size > 0.0 { size / (error + SMALL_ERROR * size) } else { 1.0 };
+            Some((target, heed))
+        });
+    }
     let mut chart_of = vec![None; count];
     for (t, triangle) in corners.iter().enumerate() {
         triangle.iter().for_each(|&g| chart_of[g as usize] = Some(charts.of_triangle[t]));
     }
-    let edges = mean_edges(&corners, &first);
     let mut uvs: Vec<[f32; 2]> = (0..count)
         .map(|g| {
             let uv = limit_step(first[g], wanted[g], STEP_LIMIT * edges[g]);
@@ -67,9 +76,7 @@ pub(crate) fn fit_uvs(
         })
         .collect();
     put_back_turned(&corners, &first, &mut uvs);
-    for (v, &g) in groups.iter().enumerate() {
-        level.uvs[v] = uvs[g as usize];
-    }
+    groups.iter().map(|&g| uvs[g as usize]).collect()
 }
 
 fn limit_step(from: [f32; 2], to: [f64; 2], limit: f32) -> [f32; 2] {

@@ -1,9 +1,11 @@
 //! Full detail as the fit sees it: its triangles, posed in the frames that count, with points spread over it.
 
+use super::charts::Charts;
+use super::pairs::Pair;
 use crate::closest::ClosestTriangles;
 use crate::frames::draw_evenly;
 use crate::measure::{Sample, spread_samples};
-use crate::quadrics::pose_position;
+use crate::quadrics::{dot, pose_position, sub};
 use crate::{CollapseOrder, LodMesh, LodPoses, Mat3x4};
 use rayon::prelude::*;
 
@@ -27,6 +29,7 @@ pub(crate) struct FullDetail<'a> {
     pub mesh: &'a LodMesh<'a>,
     /// The order's triangles, in vertices of `mesh`.
     pub triangles: Vec<[u32; 3]>,
+    pub charts: Charts,
     pub frames: Vec<Frame<'a>>,
 }
 
@@ -47,7 +50,35 @@ impl<'a> FullDetail<'a> {
                 Frame { palette, weight: f64::from(weight), posed, tree }
             })
             .collect();
-        Self { mesh, triangles, frames }
+        let materials: Vec<u16> = order.triangle_source.iter().map(|&t| mesh.triangle_materials[t as usize]).collect();
+        let charts = Charts::new(mesh, &triangles, &materials);
+        Self { mesh, triangles, charts, frames }
+    }
+
+    /// Mean square of a length in the frames over the same length in bind space.
+    pub fn scale_squared(&self) -> f64 {
+        let sum = |positions: &[[f32; 3]]| -> f64 {
+            let edge = |t: &[u32; 3]| {
+                let along = sub(positions[t[1] as usize], positions[t[0] as usize]);
+                f64::from(dot(along, along))
+            };
+            self.triangles.iter().map(edge).sum()
+        };
+        let bind = sum(self.mesh.positions);
+        let posed: f64 = self.frames.iter().map(|f| f.weight * sum(&f.posed)).sum();
+        if bind > 0.0 { posed / bind } else { 1.0 }
+    }
+
+    /// The texture coordinate where a pair touches full detail.
+    pub fn uv_at(&self, pair: &Pair) -> [f32; 2] {
+        let at = self.triangles[pair.full_triangle as usize].map(|v| self.mesh.uvs[v as usize]);
+        let w = pair.full_weights;
+        [0, 1].map(|i| at[0][i] * w[0] + at[1][i] * w[1] + at[2][i] * w[2])
+    }
+
+    /// The corners of the triangle where a pair touches full detail, in the pair's frame.
+    pub fn corners_at(&self, pair: &Pair) -> [[f32; 3]; 3] {
+        self.triangles[pair.full_triangle as usize].map(|v| self.frames[pair.frame as usize].posed[v as usize])
     }
 
     /// Points spread evenly over the bind pose.

@@ -142,7 +142,7 @@ fn place(sample: &Sample, posed: &[[f32; 3]], triangles: &[[u32; 3]]) -> ([[f32;
     (corners, weights, mix(corners, weights))
 }
 
-fn contact(hit: &Hit, corners: [[f32; 3]; 3]) -> Contact {
+pub(crate) fn contact(hit: &Hit, corners: [[f32; 3]; 3]) -> Contact {
     let unit = |v: [f32; 3]| {
         let length = dot(v, v).sqrt();
         (length > f32::MIN_POSITIVE).then(|| v.map(|c| c / length))

@@ -1,0 +1,78 @@
+//! What the fit makes least, besides the distance: textures that slide, and triangles that tilt.
+
+use super::full_detail::FullDetail;
+use super::pairs::Pair;
+use super::shape::{Shape, transform};
+use crate::Mat3x4;
+use crate::quadrics::{cross, dot, sub};
+use rayon::prelude::*;
+
+/// What a squared slide of the texture counts next to a squared distance.
+pub(crate) const TEXTURE_SHARE: f64 = 0.02;
+/// What the squared rise of an edge over full detail's plane counts.
+pub(crate) const TILT_SHARE: f64 = 0.04;
+/// What a squared distance between rims counts next to one between surfaces, half an edge wide.
+pub(crate) const RIM_SHARE: f64 = 0.08;
+/// Cosine between faces below which their tilt tells nothing.
+const SAME_SIDE_COS: f32 = 0.3;
+
+/// Where, along full detail's surface, a pair's point of the level belongs by its texture coordinate, from where it touches.
+/// `None` where charts differ, and where that is too far away to
+/// be told by this triangle.
+pub(crate) fn slide(full: &FullDetail<'_>, uvs: &[[f32; 2]; 3], pair: &Pair) -> Option<[f32; 3]> {
+    if full.charts.of_triangle[pair.triangle as usize] != full.charts.of_triangle[pair.full_triangle as usize] {
+        return None;
+    }
+    let there = full.uv_at(pair);
+    let w = pair.weights;
+    let off = [0, 1].map(|i| uvs[0][i] * w[0] + uvs[1][i] * w[1] + uvs[2][i] * w[2] - there[i]);
+    let at = full.triangles[pair.full_triangle as usize].map(|v| full.mesh.uvs[v as usize]);
+    let (u, v) = ([at[1][0] - at[0][0], at[1][1] - at[0][1]], [at[2][0] - at[0][0], at[2][1] - at[0][1]]);
+    let area = u[0] * v[1] - u[1] * v[0];
+    let corners = full.corners_at(pair);
+    let (e, f) = (sub(corners[1], corners[0]), sub(corners[2], corners[0]));
+    let (a, b) = ((off[0] * v[1] - off[1] * v[0]) / area, (u[0] * off[1] - u[1] * off[0]) / area);
+    let slide = [0, 1, 2].map(|i| a * e[i] + b * f[i]);
+    let longest = dot(e, e).max(dot(f, f));
+    let length = dot(slide, slide);
+    (length.is_finite() && length < longest).then_some(slide)
+}
+
+/// What is made least: squared distances, slides of the texture, and tilts of the triangles; a mean over both sides.
+pub(crate) fn objective(
+    full: &FullDetail<'_>,
+    shape: &Shape,
+    corner_uvs: &[[[f32; 2]; 3]],
+    matrices: &[Vec<Mat3x4>],
+    pairs: &[Pair],
+) -> f64 {
+    let one = |pair: &Pair| {
+        let slide = slide(full, &corner_uvs[pair.triangle as usize], pair).map_or(0.0, |s| f64::from(dot(s, s)));
+        let corners = shape.triangles[pair.triangle as usize];
+        let places = shape.corner_places(pair.triangle as usize).map(|p| shape.places[p]);
+        let tilt = tilts(full, pair, corners, places, matrices)
+            .map_or(0.0, |(_, t)| (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]) / 3.0);
+        f64::from(pair.share) * (f64::from(dot(pair.offset, pair.offset)) + TEXTURE_SHARE * slide + TILT_SHARE * tilt)
+    };
+    let parts: Vec<f64> = pairs.par_chunks(4096).map(|chunk| chunk.iter().map(one).sum()).collect();
+    parts.iter().sum::<f64>() / 2.0
+}
+
+/// Full detail's unit normal at a pair, and how far each edge of the level's triangle rises along it, metres. `None` where the
+/// two do not look the same way.
+pub(crate) fn tilts(
+    full: &FullDetail<'_>,
+    pair: &Pair,
+    corners: [u32; 3],
+    places: [[f32; 3]; 3],
+    matrices: &[Vec<Mat3x4>],
+) -> Option<([f32; 3], [f64; 3])> {
+    let [a, b, c] = full.corners_at(pair);
+    let n = cross(sub(b, a), sub(c, a));
+    let length = dot(n, n).sqrt();
+    let posed = [0, 1, 2].map(|k| transform(&matrices[pair.frame as usize][corners[k] as usize], places[k]));
+    let own = cross(sub(posed[1], posed[0]), sub(posed[2], posed[0]));
+    let same_side = length > f32::MIN_POSITIVE && dot(own, n) > SAME_SIDE_COS * length * dot(own, own).sqrt();
+    let n = n.map(|c| c / length);
+    same_side.then(|| (n, [0, 1, 2].map(|k| f64::from(dot(n, sub(posed[(k + 1) % 3], posed[k]))))))
+}
