@@ -8,7 +8,7 @@ use crate::{AttributeWeights, LodMesh};
 use rayon::prelude::*;
 
 /// What a difference of 1 in a normal costs, as a distance, in shares of the mesh's diagonal.
-const NORMAL_SHARE: f64 = 0.005;
+const NORMAL_SHARE: f64 = 0.007;
 /// What the difference between black and white costs, as a distance, in shares of the mesh's diagonal.
 pub(crate) const COLOR_SHARE: f64 = 0.01;
 /// What a slide of the texture costs, as a share of the same distance in space, where the texture is not known.

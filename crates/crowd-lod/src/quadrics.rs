@@ -17,7 +17,9 @@ pub(crate) type Lanes = [f32; LANES];
 /// Weight of the plane that holds an open border, per squared edge length (a triangle's plane weighs its area).
 const BORDER_WEIGHT: f32 = 2.0;
 /// The same for a seam, from both sides.
-const SEAM_WEIGHT: f32 = 0.1;
+const SEAM_WEIGHT: f32 = 0.07;
+/// What it weighs more per squared difference of the colours on its two sides: where red meets white, a seam that moves is seen.
+const SEAM_CONTRAST_WEIGHT: f32 = 1.5;
 /// What the worst frame adds to the mean: enough that no single pose breaks, too little to spend triangles on it alone.
 const WORST_WEIGHT: f32 = 0.2;
 
@@ -61,6 +63,7 @@ impl Quadrics {
         }
         let posed = pose_in_lanes(mesh, poses, split, block_count);
         let incident = incident_triangles(split);
+        let spreads = color_spreads(mesh, split);
         let mut planes = vec![[[0.0; LANES]; 9]; position_count * block_count];
         let mut areas = vec![0.0; position_count];
         planes.par_chunks_mut(block_count.max(1)).zip(&mut areas).enumerate().for_each(|(p, (blocks, area))| {
@@ -72,7 +75,9 @@ impl Quadrics {
                     let at = corners.iter().position(|&q| q == p).expect("listed because it touches the position");
                     let kinds = edge_kinds[t as usize];
                     let positions = [0, 1, 2].map(|i| &posed[corners[(at + i) % 3] * block_count + b]);
-                    add_triangle(positions, [kinds[at], kinds[(at + 2) % 3]], block, &mut block_area);
+                    let edges = [(kinds[at], corners[(at + 1) % 3]), (kinds[(at + 2) % 3], corners[(at + 2) % 3])];
+                    let weights = edges.map(|(kind, to)| edge_weight(kind, spreads[p].min(spreads[to])));
+                    add_triangle(positions, weights, block, &mut block_area);
                 }
                 *area += weighted_sum(&block_area, &frame_weights[b]);
             }
@@ -169,10 +174,42 @@ impl Quadrics {
     }
 }
 
-/// Adds the plane of a triangle, and those that hold its border and seam edges, to the quadric of its first corner.
+/// What a plane that holds an edge weighs per squared edge length. `contrast`: squared difference of the colours on its two sides.
+fn edge_weight(kind: EdgeKind, contrast: f32) -> f32 {
+    match kind {
+        EdgeKind::Interior => 0.0,
+        EdgeKind::Seam => SEAM_WEIGHT + SEAM_CONTRAST_WEIGHT * contrast,
+        EdgeKind::Border | EdgeKind::NonManifold => BORDER_WEIGHT,
+    }
+}
+
+/// For each position, the largest squared difference between the colours that its variants show.
+fn color_spreads(mesh: &LodMesh<'_>, split: &SplitMesh) -> Vec<f32> {
+    let shown = |v: usize| {
+        let source = split.variant_source[v] as usize;
+        let tint = mesh.colors[source];
+        let color = mesh.appearance.shown_colors.get(source).copied();
+        color.unwrap_or_else(|| [0, 1, 2].map(|i| f32::from(tint[i]) / 255.0))
+    };
+    let mut spreads = vec![0.0_f32; split.position_source.len()];
+    let mut firsts: Vec<Option<[f32; 3]>> = vec![None; spreads.len()];
+    for v in 0..split.variant_wedge.len() {
+        let p = split.position_of(v as u32) as usize;
+        match firsts[p] {
+            None => firsts[p] = Some(shown(v)),
+            Some(first) => {
+                let d = sub(shown(v), first);
+                spreads[p] = spreads[p].max(dot(d, d));
+            }
+        }
+    }
+    spreads
+}
+
+/// Adds the plane of a triangle, and those that hold its edges, to the quadric of its first corner.
 ///
-/// `kinds`: of the edges from the first corner to the second, and from the third to the first.
-fn add_triangle(positions: [&[Lanes; 3]; 3], kinds: [EdgeKind; 2], block: &mut QuadricBlock, area: &mut Lanes) {
+/// `edge_weights`: of the edges from the first corner to the second, and from the third to the first; 0 for none.
+fn add_triangle(positions: [&[Lanes; 3]; 3], edge_weights: [f32; 2], block: &mut QuadricBlock, area: &mut Lanes) {
     let [p, q, r] = positions;
     for i in 0..LANES {
         let at = |v: &[Lanes; 3]| [v[0][i] - p[0][i], v[1][i] - p[1][i], v[2][i] - p[2][i]];
@@ -185,12 +222,10 @@ fn add_triangle(positions: [&[Lanes; 3]; 3], kinds: [EdgeKind; 2], block: &mut Q
         let unit = n.map(|c| c / length);
         add_plane(block, i, unit, length * 0.5);
         area[i] += length * 0.5;
-        for (edge, kind) in [(e, kinds[0]), (f, kinds[1])] {
-            let weight = match kind {
-                EdgeKind::Interior => continue,
-                EdgeKind::Seam => SEAM_WEIGHT,
-                EdgeKind::Border | EdgeKind::NonManifold => BORDER_WEIGHT,
-            };
+        for (edge, weight) in [(e, edge_weights[0]), (f, edge_weights[1])] {
+            if weight == 0.0 {
+                continue;
+            }
             let across = cross(edge, unit);
             let across_length = dot(across, across).sqrt();
             if across_length > f32::MIN_POSITIVE {
