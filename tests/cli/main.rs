@@ -6,6 +6,7 @@ mod exports;
 mod hostile;
 mod frames;
 mod inputs;
+mod levels;
 mod outputs;
 mod pictures;
 mod processes;

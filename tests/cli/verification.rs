@@ -33,9 +33,9 @@ fn a_pack_as_baked_keeps_its_promises_in_both_layouts() {
     for layout in ["3x4", "4x4"] {
         bench.run(&["bake", "@.", "-o", "@out.crowdpack", "--animation-layout", layout]).expect(0);
         let verification = bench.run(&["verify", "@out.crowdpack", "--json"]).expect(0).json();
-        assert_eq!(verification["schema_version"], 1);
+        assert_eq!(verification["schema_version"], 2);
         assert_eq!(verification["passed"], true);
-        assert_eq!(verification["checks"].as_array().unwrap().len(), 2 + 2 * 5);
+        assert_eq!(verification["checks"].as_array().unwrap().len(), 2 + 2 * 6);
     }
 }
 
@@ -76,6 +76,32 @@ fn a_sphere_that_is_too_small_is_found() {
 fn an_error_that_was_made_smaller_is_found() {
     let fake = |pack: &mut PackContents| pack.manifest.characters[0].measured[0].max_m *= 0.8;
     fails(break_and_verify(fake), "errors-measure-again");
+}
+
+#[test]
+fn bounds_made_smaller_are_found() {
+    let fake = |pack: &mut PackContents| {
+        pack.levels.iter_mut().for_each(|level| level.bound_m *= 0.5);
+        pack.manifest.characters[0].measured.iter_mut().for_each(|level| level.bound_m *= 0.5);
+    };
+    fails(break_and_verify(fake), "errors-measure-again");
+}
+
+#[test]
+fn a_table_with_other_triangles_is_found() {
+    // Turned over.
+    fails(break_and_verify(|pack| pack.indices_16.swap(0, 1)), "tables-hold-the-levels");
+    // Twice the same.
+    let repeat = |pack: &mut PackContents| pack.indices_16.copy_within(0..3, 3);
+    fails(break_and_verify(repeat), "tables-hold-the-levels");
+    // Turned around and moved to the end of its level is no other triangle.
+    let count = |pack: &PackContents| pack.levels[0].triangle_count as usize * 3;
+    let turn = |pack: &mut PackContents| {
+        let end = count(pack);
+        pack.indices_16[..end].rotate_left(4);
+        pack.indices_16[..end].rotate_left(2);
+    };
+    break_and_verify(turn).expect(0);
 }
 
 #[test]

@@ -1,26 +1,27 @@
-//! `fixtures/packs/v1` loads and means what it meant, for our reader and for one that knows only `docs/FORMAT.md`.
+//! `fixtures/packs/v2` loads and means what it meant, for our reader and for one that knows only `docs/FORMAT.md`; `packs/v1` is
+//! refused by its version.
 
 use crate::independent_reader::{Reader, crc32};
 use crate::tiny_pack;
-use crowd_pack::{AnimationLayout, Pack};
+use crowd_pack::{AnimationLayout, Error, Pack};
 use std::path::{Path, PathBuf};
 
 const FILES: [(&str, AnimationLayout); 2] = [
-    ("fixtures/packs/v1/tiny.crowdpack", AnimationLayout::Premultiplied3x4),
-    ("fixtures/packs/v1/tiny_split_layout.crowdpack", AnimationLayout::Split4x4),
+    ("fixtures/packs/v2/tiny.crowdpack", AnimationLayout::Premultiplied3x4),
+    ("fixtures/packs/v2/tiny_split_layout.crowdpack", AnimationLayout::Split4x4),
 ];
 
 fn fixture(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
 }
 
-/// `REWRITE_PACKS_V1=1` writes the files anew. It has its own name, so that renewing goldens does not touch the contract.
+/// `REWRITE_PACKS_V2=1` writes the files anew. It has its own name, so that renewing goldens does not touch the contract.
 #[test]
 fn the_builder_still_gives_the_committed_bytes() {
     for (path, layout) in FILES {
         let bytes = tiny_pack::contents(layout).to_bytes().unwrap();
         let path = fixture(path);
-        if std::env::var_os("REWRITE_PACKS_V1").is_some() {
+        if std::env::var_os("REWRITE_PACKS_V2").is_some() {
             std::fs::write(&path, &bytes).unwrap();
         }
         let committed = std::fs::read(&path).unwrap();
@@ -39,6 +40,15 @@ fn committed_files_load() {
 }
 
 #[test]
+fn packs_of_version_1_are_refused_by_number() {
+    for name in ["tiny.crowdpack", "tiny_split_layout.crowdpack"] {
+        let error = Pack::open(&fixture(&format!("fixtures/packs/v1/{name}"))).unwrap_err();
+        assert!(matches!(error, Error::Version { found: 1, supported: 2 }), "{error}");
+        assert!(error.to_string().ends_with("bake the pack again"), "{error}");
+    }
+}
+
+#[test]
 fn the_crc_of_the_page_is_this_one() {
     assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
 }
@@ -50,6 +60,7 @@ fn the_page_is_enough_to_read_a_pack() {
         let pack = Reader::new(&file);
         check_manifest(&pack);
         check_meshes(&pack);
+        check_levels(&pack);
         check_animation(&pack);
         assert_eq!(pack.image(0), tiny_pack::PNG);
         assert_eq!(pack.count("inverse_binds") > 0, layout == AnimationLayout::Split4x4);
@@ -69,6 +80,12 @@ fn check_manifest(pack: &Reader<'_>) {
     // 70,000 takes a varint of five bytes.
     assert_eq!(tetrahedron.parts, [("body".to_owned(), 0, 70_000, false)]);
     assert_eq!(flag.parts, [("cloth".to_owned(), 0, 2, true)]);
+    let wanted = [("lod1".to_owned(), 0, vec![0.75], true), ("lod2".to_owned(), 3, vec![1.0, 120.0], false)];
+    assert_eq!(tetrahedron.discrete, wanted);
+    assert_eq!((flag.measured.len(), tetrahedron.measured.len()), (2, 2));
+    // rms, max, bound, texels, degrees, pixels, share
+    assert_eq!(tetrahedron.measured[0], [0.015_625, 0.062_5, 0.093_75, 2.5, 12.0, 67.5, 0.25]);
+    assert_eq!(tetrahedron.frames, [vec![0, 1, 4], vec![2]]);
     assert_eq!(flag.levels, [(3, 1, 0.5), (4, 2, 0.0)]);
     assert_eq!(flag.warnings, ["the corner \u{fb02}aps"]);
     let names: Vec<&str> = tetrahedron.clips.iter().map(|(name, _)| name.as_str()).collect();
@@ -93,6 +110,33 @@ fn check_meshes(pack: &Reader<'_>) {
     let tilted = pack.normal(1, 4);
     let wanted = [2.0, 1.0, -1.0].map(|c: f32| c / 6.0_f32.sqrt());
     assert!((0..3).all(|i| (tilted[i] - wanted[i]).abs() < 1e-4), "{tilted:?}");
+}
+
+fn check_levels(pack: &Reader<'_>) {
+    // Quantised levels, coarsest first, then the discrete ones.
+    let flag = pack.level_tables(0);
+    assert_eq!(flag[0].triangles, [[0, 1, 2]]);
+    assert_eq!(flag[1].triangles, [[2, 1, 3], [0, 1, 2]]);
+    let [coarse, full, again, refitted] = &pack.level_tables(1)[..] else { panic!("four levels") };
+    for (level, k) in [(coarse, 4), (full, 5)] {
+        assert_eq!(sorted(&level.triangles), sorted(&pack.reform(1, k)));
+        assert_eq!(level.own_vertices, None);
+    }
+    assert_eq!(again.triangles[0], [1, 0, 2], "the tables need not agree in anything but what the page says");
+    assert_eq!((coarse.bound_m, refitted.bound_m), (0.093_75, 0.5));
+    assert_eq!(refitted.own_vertices, Some(0));
+    assert_eq!(pack.refit_position(3), [0.0, 0.75, 0.0]);
+}
+
+/// Triangles as a set: each from its least corner on, the list in order.
+fn sorted(triangles: &[[usize; 3]]) -> Vec<[usize; 3]> {
+    let turn = |t: &[usize; 3]| {
+        let least = (0..3).min_by_key(|&i| t[i]).expect("three corners");
+        [t[least], t[(least + 1) % 3], t[(least + 2) % 3]]
+    };
+    let mut turned: Vec<_> = triangles.iter().map(turn).collect();
+    turned.sort_unstable();
+    turned
 }
 
 fn check_animation(pack: &Reader<'_>) {

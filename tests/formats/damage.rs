@@ -56,18 +56,18 @@ fn a_damaged_section_is_told_by_its_name() {
     let last_byte = file.len() - 64;
     file[last_byte] ^= 1;
     let message = Pack::from_bytes(&file).unwrap_err().to_string();
-    assert!(message.contains("track_values") && message.contains("damaged"), "{message}");
+    assert!(message.contains("refit_vertices") && message.contains("damaged"), "{message}");
 }
 
 /// Puts the checksums right again, as someone who means harm would.
 fn reseal(file: &mut [u8]) {
-    for entry in (64..64 + 520).step_by(40) {
+    for entry in (64..64 + 720).step_by(40) {
         let (start, length) = (u64_at(file, entry + 16), u64_at(file, entry + 24));
         let Some(section) = start.checked_add(length).and_then(|end| file.get(start..end)) else { continue };
         let crc = crc32(section).to_le_bytes();
         file[entry + 36..entry + 40].copy_from_slice(&crc);
     }
-    let table = crc32(&file[64..64 + 520]).to_le_bytes();
+    let table = crc32(&file[64..64 + 720]).to_le_bytes();
     file[32..36].copy_from_slice(&table);
     let header = crc32(&file[..60]).to_le_bytes();
     file[60..64].copy_from_slice(&header);
@@ -95,6 +95,7 @@ fn walk(contents: &PackContents) -> usize {
                 contents.image_bytes[image.byte_offset as usize..][..image.byte_count as usize].len()
             });
         }
+        touched += walk_levels(contents, index);
         let names = &contents.manifest.characters[index];
         for (clip, named) in contents.clips[character.clip_offset as usize..].iter().zip(&names.clips) {
             let rows = contents.manifest.animation_layout.texels_per_joint();
@@ -105,6 +106,27 @@ fn walk(contents: &PackContents) -> usize {
                 touched += names.nodes[track.node as usize].name.len();
             }
         }
+    }
+    touched
+}
+
+/// Looks every index of a character's tables up.
+fn walk_levels(contents: &PackContents, index: usize) -> usize {
+    let (character, set) = (&contents.characters[index], &contents.level_sets[index]);
+    let count = set.quantized_count + set.discrete_count;
+    let mut touched = 0;
+    for level in &contents.levels[set.level_offset as usize..][..count as usize] {
+        let vertices = if level.is_refit() {
+            &contents.refit_vertices[level.refit_vertex_offset as usize..][..level.vertex_count as usize]
+        } else {
+            &contents.vertices[character.vertex_offset as usize..][..level.vertex_count as usize]
+        };
+        let range = level.index_offset as usize..(level.index_offset + 3 * level.triangle_count) as usize;
+        let place = |index: usize| usize::from(vertices[index].position[0].is_finite());
+        touched += match level.index_bytes {
+            2 => contents.indices_16[range].iter().map(|&i| place(i as usize)).sum::<usize>(),
+            _ => contents.indices_32[range].iter().map(|&i| place(i as usize)).sum::<usize>(),
+        };
     }
     touched
 }

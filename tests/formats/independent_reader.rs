@@ -29,8 +29,24 @@ pub struct NamedCharacter {
     pub parts: Vec<(String, u32, u32, bool)>,
     /// Vertices, triangles, error.
     pub levels: Vec<(u32, u32, f32)>,
+    /// The quantised levels' numbers: rms, max, bound, texels, degrees, pixels, share poked through.
+    pub measured: Vec<[f32; 7]>,
+    /// Name, kind of target, its numbers, reached.
+    pub discrete: Vec<(String, u32, Vec<f32>, bool)>,
+    /// Frames measured: for the mean, and those added for the maximum.
+    pub frames: [Vec<u32>; 2],
     /// Warnings.
     pub warnings: Vec<String>,
+}
+
+/// A level with an index table.
+pub struct LevelTable {
+    /// Corners, in the order drawn.
+    pub triangles: Vec<[usize; 3]>,
+    /// First vertex in `refit_vertices`, for those that have their own.
+    pub own_vertices: Option<usize>,
+    /// Metres.
+    pub bound_m: f32,
 }
 
 /// A source curve.
@@ -51,14 +67,14 @@ impl<'a> Reader<'a> {
     /// Section 1: header, table, checksums, padding.
     pub fn new(file: &'a [u8]) -> Self {
         assert_eq!(&file[..8], b"CROWDPK\0");
-        assert_eq!((u32_at(file, 8), u32_at(file, 12)), (1, 13), "version and section count");
+        assert_eq!((u32_at(file, 8), u32_at(file, 12)), (2, 18), "version and section count");
         assert_eq!((u64_at(file, 16), u64_at(file, 24)), (file.len(), 64), "file length and table");
-        assert_eq!(u32_at(file, 32), crc32(&file[64..64 + 520]));
+        assert_eq!(u32_at(file, 32), crc32(&file[64..64 + 720]));
         assert!(file[36..60].iter().all(|&b| b == 0));
         assert_eq!(u32_at(file, 60), crc32(&file[..60]));
         let mut sections = Vec::new();
-        let mut end = 64 + 520;
-        for entry in file[64..64 + 520].chunks(40) {
+        let mut end = 64 + 720;
+        for entry in file[64..64 + 720].chunks(40) {
             let name = String::from_utf8(entry[..16].iter().copied().take_while(|&b| b != 0).collect()).unwrap();
             let (start, length) = (u64_at(entry, 16), u64_at(entry, 24));
             let element_bytes = u32_at(entry, 32) as usize;
@@ -114,6 +130,31 @@ impl<'a> Reader<'a> {
         };
         let corners = |t| [0, 4, 8].map(|b| u32_at(self.element("triangles", triangle_offset + t), b) as usize);
         (0..triangle_count).map(|t| corners(t).map(look_up)).collect()
+    }
+
+    /// Section 3: the index tables of a character, quantised levels first.
+    pub fn level_tables(&self, character: usize) -> Vec<LevelTable> {
+        let set = self.element("level_sets", character);
+        let [first, quantized, discrete] = [0, 4, 8].map(|b| u32_at(set, b) as usize);
+        (first..first + quantized + discrete).map(|level| self.level_table(level)).collect()
+    }
+
+    fn level_table(&self, level: usize) -> LevelTable {
+        let record = self.element("levels", level);
+        let [vertex_count, triangle_count, first, width, own] = [0, 4, 8, 12, 16].map(|b| u32_at(record, b) as usize);
+        assert_eq!(width, if vertex_count <= 65_535 { 2 } else { 4 });
+        let index = |i: usize| match width {
+            2 => u16_at(self.element("indices_16", first + i), 0) as usize,
+            _ => u32_at(self.element("indices_32", first + i), 0) as usize,
+        };
+        let triangles = (0..triangle_count).map(|t| [0, 1, 2].map(|corner| index(t * 3 + corner))).collect();
+        let own_vertices = if own == 0xffff_ffff { None } else { Some(own) };
+        LevelTable { triangles, own_vertices, bound_m: f32_at(record, 20) }
+    }
+
+    /// Bind-space position of a refitted vertex.
+    pub fn refit_position(&self, vertex: usize) -> [f32; 3] {
+        [0, 4, 8].map(|b| f32_at(self.element("refit_vertices", vertex), b))
     }
 
     /// Section 5: the first three rows of `world * inverse_bind`.
@@ -196,11 +237,19 @@ impl<'a> Reader<'a> {
         let _fps = at.floats(1);
         let _seams = [0; 9].map(|_| at.varint());
         let levels = at.list(|at| (at.varint() as u32, at.varint() as u32, at.floats(1)[0]));
-        let _measured = at.list(|at| (at.varint(), at.varint(), at.floats(2), at.varint(), at.varint()));
-        let _samples_and_frames = [0; 2].map(|_| at.varint());
+        let measured = at.list(Cursor::measured);
+        let discrete = at.list(|at| {
+            let (name, kind) = (at.string(), at.varint() as u32);
+            let target = at.floats(if kind == 3 { 2 } else { 1 });
+            let reached = at.byte() == 1;
+            at.measured();
+            (name, kind, target, reached)
+        });
+        let _samples = at.varint();
+        let frames = [0; 2].map(|_| at.list(|at| at.varint() as u32));
         let _blocked = [0; 4].map(|_| at.varint());
         let warnings = at.list(Cursor::string);
-        NamedCharacter { name, nodes, clips, materials, parts, levels, warnings }
+        NamedCharacter { name, nodes, clips, materials, parts, levels, measured, discrete, frames, warnings }
     }
 
     fn read_track(&self, at: &mut Cursor<'_>) -> Track {
@@ -239,6 +288,14 @@ impl Cursor<'_> {
 
     fn floats(&mut self, count: usize) -> Vec<f32> {
         (0..count).map(|_| f32::from_bits(self.little_endian(4) as u32)).collect()
+    }
+
+    fn measured(&mut self) -> [f32; 7] {
+        let _counts = [self.varint(), self.varint()];
+        let distances = self.floats(2);
+        let _where = [self.varint(), self.varint()];
+        let rest = self.floats(5);
+        [distances[0], distances[1], rest[0], rest[1], rest[2], rest[3], rest[4]]
     }
 
     fn string(&mut self) -> String {

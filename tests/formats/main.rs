@@ -9,4 +9,5 @@ mod random_pack;
 mod refusals;
 mod round_trip;
 mod tiny_pack;
+mod wide_levels;
 mod writing;

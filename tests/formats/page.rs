@@ -1,6 +1,9 @@
 //! The tables of `docs/FORMAT.md` say what the records are: name, place and size of every field, and the limits.
 
-use crowd_pack::{CharacterRecord, ClipRecord, ImageRecord, LodRecord, MaterialRecord, VertexRecord, limits};
+use crowd_pack::{
+    CharacterRecord, ClipRecord, ImageRecord, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord, VertexRecord,
+    limits,
+};
 use std::mem::offset_of;
 
 const PAGE: &str = include_str!("../../docs/FORMAT.md");
@@ -50,6 +53,10 @@ fn records_are_where_the_page_says() {
     check_record!(ClipRecord, "### ClipRecord, 48 bytes", texel_offset frame_count duration_s root_speed_m_s sphere
         root_displacement_m loop_gap_m);
     check_record!(MaterialRecord, "### MaterialRecord, 32 bytes", base_color image flags alpha_cutoff reserved);
+    check_record!(LevelSetRecord, "### LevelSetRecord, 16 bytes", level_offset quantized_count discrete_count
+        refit_vertex_offset);
+    check_record!(LevelRecord, "### LevelRecord, 24 bytes", vertex_count triangle_count index_offset index_bytes
+        refit_vertex_offset bound_m);
     check_record!(ImageRecord, "### ImageRecord, 32 bytes", byte_offset byte_count width height encoding reserved);
 }
 
@@ -70,5 +77,7 @@ fn limits_are_the_pages() {
     assert!(limits::JOINTS_PER_CHARACTER == 4_096 && PAGE.contains("4,096 joints"));
     assert!(limits::CLIPS_PER_CHARACTER == 65_536 && PAGE.contains("65,536 clips"));
     assert!(limits::MATERIALS_PER_CHARACTER == 65_535 && PAGE.contains("65,535 materials"));
+    assert!(limits::QUANTIZED_LEVELS == 64 && PAGE.contains("64 quantised levels"));
+    assert!(limits::DISCRETE_LEVELS == 32 && PAGE.contains("32 discrete levels"));
     assert!(limits::IMAGE_SIDE_PX == 32_768 && PAGE.contains("pixels, 1 to 32768"));
 }

@@ -1,9 +1,9 @@
 //! Contents that obey every rule and are otherwise drawn by lot.
 
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, LodRecord, ManifestBlocked, ManifestCharacter, ManifestClip,
-    ManifestJoint, ManifestLevel, ManifestNode, ManifestPart, ManifestTrack, MaterialRecord, NONE, PackContents,
-    VertexRecord,
+    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, ManifestBlocked,
+    ManifestCharacter, ManifestClip, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured, ManifestNode,
+    ManifestPart, ManifestTarget, ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord,
 };
 
 /// SplitMix64: numbers from a seed.
@@ -95,6 +95,7 @@ fn add_character(pack: &mut PackContents, index: u32, random: &mut Random) {
         character.materials.push(random.name("material", material));
     }
     character.parts = vec![ManifestPart { material: record.material_count - 1, ..ManifestPart::default() }];
+    add_tables(pack, &record, &mut character, random);
     character.blocked = ManifestBlocked { fixed: 250, seam: 251, topology: 65_535, flip: u32::MAX };
     character.warnings = (0..random.count(0, 2)).map(|i| random.name("warning", i)).collect();
     pack.characters.push(record);
@@ -135,6 +136,74 @@ fn add_mesh(pack: &mut PackContents, record: &mut CharacterRecord, random: &mut 
         error_m: 0.5,
     };
     rising.iter().map(to_level).collect()
+}
+
+/// Tables for up to 64 of the levels, and up to three discrete ones, some with vertices of their own.
+fn add_tables(
+    pack: &mut PackContents,
+    record: &CharacterRecord,
+    character: &mut ManifestCharacter,
+    random: &mut Random,
+) {
+    let mut set = LevelSetRecord {
+        level_offset: pack.levels.len() as u32,
+        refit_vertex_offset: pack.refit_vertices.len() as u32,
+        ..LevelSetRecord::default()
+    };
+    let last = character.levels.len() - 1;
+    let mut chosen: Vec<ManifestLevel> = character.levels.clone();
+    let mut number = 0;
+    chosen.retain(|_| {
+        number += 1;
+        number == 1 || number == last + 1 || random.below(2) == 1
+    });
+    for (index, level) in chosen.iter().enumerate() {
+        let bound_m = (chosen.len() - 1 - index) as f32;
+        character.measured.push(push_table(pack, level.vertex_count, level.triangle_count, bound_m, false, random));
+        set.quantized_count += 1;
+    }
+    for number in 0..random.count(0, 3) {
+        let level = chosen[random.below(chosen.len() as u64) as usize];
+        let refit = random.below(2) == 1;
+        if refit {
+            let first = record.vertex_offset as usize;
+            let own = pack.vertices[first..first + level.vertex_count as usize].to_vec();
+            pack.refit_vertices.extend(own);
+        }
+        let measured = push_table(pack, level.vertex_count, level.triangle_count, 0.25, refit, random);
+        let target = match random.below(4) {
+            0 => ManifestTarget::Ratio(0.5),
+            1 => ManifestTarget::ErrorM(0.01),
+            2 => ManifestTarget::ErrorHeight(0.005),
+            _ => ManifestTarget::Pixels(1.0, 720.0),
+        };
+        let reached = random.below(2) == 1;
+        character.discrete.push(ManifestDiscrete { name: random.name("lod", number), target, reached, measured });
+        set.discrete_count += 1;
+    }
+    pack.level_sets.push(set);
+}
+
+/// A table whose vertices, if it has its own, are the last ones pushed.
+fn push_table(
+    pack: &mut PackContents,
+    vertex_count: u32,
+    triangle_count: u32,
+    bound_m: f32,
+    refit: bool,
+    random: &mut Random,
+) -> ManifestMeasured {
+    let refit_vertex_offset = if refit { pack.refit_vertices.len() as u32 - vertex_count } else { NONE };
+    pack.levels.push(LevelRecord {
+        vertex_count,
+        triangle_count,
+        index_offset: pack.indices_16.len() as u32,
+        index_bytes: 2,
+        refit_vertex_offset,
+        bound_m,
+    });
+    pack.indices_16.extend((0..triangle_count * 3).map(|_| random.below(vertex_count.into()) as u16));
+    ManifestMeasured { vertex_count, triangle_count, bound_m, ..ManifestMeasured::default() }
 }
 
 fn add_skeleton(

@@ -1,7 +1,7 @@
 //! One broken rule at a time: each is refused, on writing as on reading, with a message that names the place.
 
 use crate::tiny_pack;
-use crowd_pack::{AnimationLayout, Error, NONE, PackContents};
+use crowd_pack::{AnimationLayout, Error, ManifestTarget, NONE, PackContents};
 
 type Break = fn(&mut PackContents);
 
@@ -86,9 +86,53 @@ const BROKEN: &[(&str, Break)] = &[
     ("`flag`: level 0", |p| p.manifest.characters[0].levels[0].triangle_count = 2),
     ("`flag`: level 1", |p| p.manifest.characters[0].levels[1] = p.manifest.characters[0].levels[0]),
     ("`flag`: level 0: error", |p| p.manifest.characters[0].levels[0].error_m = f32::NAN),
+    ("`tetrahedron`: measured levels", |p| p.manifest.characters[1].measured.truncate(1)),
+    ("`tetrahedron`: discrete levels", |p| p.manifest.characters[1].discrete.clear()),
     ("`tetrahedron`: measured level 0", |p| p.manifest.characters[1].measured[0].max_clip = u32::MAX),
     ("`tetrahedron`: measured level 0", |p| p.manifest.characters[1].measured[0].max_frame = 3),
+    ("`tetrahedron`: measured level 0", |p| p.manifest.characters[1].measured[0].bound_m = 0.125),
+    ("`tetrahedron`: measured level 1", |p| p.manifest.characters[1].measured[1].vertex_count = 4),
     ("`tetrahedron`: measured level 0: distance", |p| p.manifest.characters[1].measured[0].rms_m = f32::NAN),
+    ("`tetrahedron`: measured level 0: distance", |p| p.manifest.characters[1].measured[0].normal_mean_deg = -1.0),
+    ("`tetrahedron`: discrete level 1: name", |p| p.manifest.characters[1].discrete[1].name = "lod1".to_owned()),
+    ("`tetrahedron`: discrete level 0: name", |p| p.manifest.characters[1].discrete[0].name.clear()),
+    ("discrete level 0: target", |p| p.manifest.characters[1].discrete[0].target = ManifestTarget::Ratio(0.0)),
+    ("discrete level 0: target", |p| p.manifest.characters[1].discrete[0].target = ManifestTarget::ErrorM(f32::NAN)),
+    ("discrete level 1: distance", |p| p.manifest.characters[1].discrete[1].measured.max_m = f32::INFINITY),
+    ("`tetrahedron`: frames measured", |p| p.manifest.characters[1].measuring.mean_frames = vec![1, 1]),
+    ("`tetrahedron`: frames measured", |p| p.manifest.characters[1].measuring.worst_frames = vec![5]),
+    ("section level_sets: elements", |p| p.level_sets.truncate(1)),
+    ("section level_sets: elements", |p| p.level_sets.push(p.level_sets[1])),
+    ("character 1: levels with tables: offset", |p| p.level_sets[1].level_offset = 0),
+    ("character 1: levels with tables: elements", |p| p.level_sets[1].discrete_count = 3),
+    ("section levels: elements", |p| p.levels.push(p.levels[0])),
+    ("section indices_16: elements", |p| p.indices_16.push(0)),
+    ("section indices_32: elements", |p| p.indices_32.push(0)),
+    ("section refit_vertices: elements", |p| p.refit_vertices.push(p.vertices[0])),
+    ("character 0: quantised levels", |p| p.level_sets[0].quantized_count = 0),
+    ("character 1: refitted vertices: offset", |p| p.level_sets[1].refit_vertex_offset = 1),
+    ("character 0: first quantised level", |p| p.levels[0].vertex_count = 4),
+    ("character 0: last quantised level", |p| p.level_sets[0].quantized_count = 1),
+    ("character 0: quantised level 1", |p| p.levels[1].bound_m = 1.0),
+    ("character 0: level with table 0: bound", |p| p.levels[0].bound_m = f32::INFINITY),
+    ("character 1: level with table 2: bound", |p| p.levels[4].bound_m = -1.0),
+    ("character 1: level with table 2: counts", |p| p.levels[4].triangle_count = 5),
+    ("character 1: level with table 2: counts", |p| p.levels[4].vertex_count = 3),
+    ("character 1: level with table 2: counts", |p| p.levels[4].vertex_count = u32::MAX),
+    ("character 1: level with table 0: refitted vertices", |p| p.levels[2].refit_vertex_offset = 0),
+    ("character 1: level with table 3: counts", |p| p.levels[5].vertex_count = 6),
+    ("character 1: level with table 3: counts", |p| p.levels[5].triangle_count = u32::MAX),
+    ("character 1: level with table 3: refitted vertices: offset", |p| p.levels[5].refit_vertex_offset = 1),
+    ("character 1: level with table 3: refitted vertices: elements", |p| p.refit_vertices.truncate(3)),
+    ("character 1: level with table 3: vertex 3: position", |p| p.refit_vertices[3].position[0] = f32::NAN),
+    ("character 1: level with table 3: vertex 1: joints", |p| p.refit_vertices[1].joints = [0, 2 << 16]),
+    ("character 1: level with table 3: vertex 1: material", |p| p.refit_vertices[1].material_class = 2),
+    ("character 1: level with table 1: bytes of an index", |p| p.levels[3].index_bytes = 4),
+    ("character 1: level with table 1: bytes of an index", |p| p.levels[3].index_bytes = 0),
+    ("character 1: level with table 1: indices: offset", |p| p.levels[3].index_offset = 0),
+    ("character 1: level with table 3: indices: elements", |p| p.indices_16.truncate(p.indices_16.len() - 1)),
+    ("character 1: level with table 0: indices", |p| p.indices_16[9] = 4),
+    ("character 1: level with table 3: indices", |p| *p.indices_16.last_mut().unwrap() = 4),
 ];
 
 #[test]
@@ -109,6 +153,17 @@ fn too_much_is_a_limit_and_not_damage() {
     contents.characters[0].joint_count = 5_000;
     let error = contents.to_bytes().unwrap_err();
     assert!(matches!(error, Error::Limit { found: 5_000, allowed: 4_096, .. }), "{error}");
+}
+
+#[test]
+fn too_many_levels_are_a_limit() {
+    for (wanted, discrete) in [(64, false), (32, true)] {
+        let mut contents = tiny_pack::contents(AnimationLayout::Premultiplied3x4);
+        let set = &mut contents.level_sets[0];
+        *if discrete { &mut set.discrete_count } else { &mut set.quantized_count } = u32::MAX;
+        let error = contents.to_bytes().unwrap_err();
+        assert!(matches!(error, Error::Limit { allowed, .. } if allowed == wanted), "{error}");
+    }
 }
 
 #[test]

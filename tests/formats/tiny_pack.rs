@@ -1,9 +1,10 @@
 //! Two characters small enough to check by hand: a flag of two triangles and a tetrahedron with a cut edge.
 
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, LodRecord, Manifest, ManifestCharacter, ManifestClip, ManifestJoint,
-    ManifestLevel, ManifestMeasured, ManifestNode, ManifestPart, ManifestSeams, ManifestTrack, MaterialRecord, NONE,
-    PackContents, VertexRecord, material_flags,
+    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestCharacter,
+    ManifestClip, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured, ManifestMeasuring, ManifestNode,
+    ManifestPart, ManifestSeams, ManifestTarget, ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord,
+    material_flags,
 };
 
 /// A PNG of 2 x 2 pixels: red, white; white, blue.
@@ -82,7 +83,12 @@ fn add_flag(pack: &mut PackContents) {
         box_max: [1.0, 2.0, 0.0],
         ..record
     });
+    let first = next_set(pack);
+    let measured =
+        vec![push_level(pack, &[[0, 1, 2]], 3, 0.75, None), push_level(pack, &[[2, 1, 3], [0, 1, 2]], 4, 0.0, None)];
+    pack.level_sets.push(LevelSetRecord { quantized_count: 2, ..first });
     pack.manifest.characters.push(ManifestCharacter {
+        measured,
         name: "flag".to_owned(),
         source: "flag.glb".to_owned(),
         nodes: vec![node("cloth", None, [0.0; 3])],
@@ -156,6 +162,32 @@ fn add_tetrahedron(pack: &mut PackContents) {
         box_max: [0.75, 1.0, 2.5],
         ..record
     });
+    let first = next_set(pack);
+    let measured = vec![
+        ManifestMeasured {
+            rms_m: 0.015_625,
+            max_m: 0.062_5,
+            max_frame: 1,
+            uv_drift_p95_texels: 2.5,
+            normal_mean_deg: 12.0,
+            bound_px: 67.5,
+            poked_share: 0.25,
+            ..push_level(pack, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], 4, 0.093_75, None)
+        },
+        push_level(pack, &[[0, 2, 1], [0, 1, 4], [1, 2, 4], [0, 4, 3], [4, 2, 3], [2, 0, 3]], 5, 0.0, None),
+    ];
+    // The same level once more, and with its apex moved down.
+    let again = push_level(pack, &[[1, 0, 2], [0, 1, 3], [1, 2, 3], [2, 0, 3]], 4, 0.093_75, None);
+    let mut moved = pack.vertices[pack.vertices.len() - 5..][..4].to_vec();
+    moved[3].position[1] = 0.75;
+    let refitted = push_level(pack, &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], 4, 0.5, Some(&moved));
+    let discrete =
+        |name: &str, target, reached, measured| ManifestDiscrete { name: name.to_owned(), target, reached, measured };
+    let discrete = vec![
+        discrete("lod1", ManifestTarget::Ratio(0.75), true, again),
+        discrete("lod2", ManifestTarget::Pixels(1.0, 120.0), false, refitted),
+    ];
+    pack.level_sets.push(LevelSetRecord { quantized_count: 2, discrete_count: 2, ..first });
     let sway = push_track(pack, 1, 1, &[0.0, 0.25, 0.5], &[0.0, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let tangents = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0];
     let hop = push_track(pack, 0, 2, &[0.0, 1.0], &tangents);
@@ -180,18 +212,42 @@ fn add_tetrahedron(pack: &mut PackContents) {
             ManifestLevel { vertex_count: 4, triangle_count: 4, error_m: 0.0 },
             ManifestLevel { vertex_count: 5, triangle_count: 6, error_m: 0.0 },
         ],
-        measured: vec![ManifestMeasured {
-            vertex_count: 4,
-            triangle_count: 4,
-            rms_m: 0.015_625,
-            max_m: 0.062_5,
-            max_clip: 0,
-            max_frame: 1,
-        }],
-        samples_per_frame: 1000,
-        measured_frames: 5,
+        measured,
+        discrete,
+        measuring: ManifestMeasuring { samples_per_frame: 1000, mean_frames: vec![0, 1, 4], worst_frames: vec![2] },
         ..ManifestCharacter::default()
     });
+}
+
+/// Where the next character's levels go.
+fn next_set(pack: &PackContents) -> LevelSetRecord {
+    LevelSetRecord {
+        level_offset: pack.levels.len() as u32,
+        refit_vertex_offset: pack.refit_vertices.len() as u32,
+        ..LevelSetRecord::default()
+    }
+}
+
+/// A level with a table of 16-bit indices, and its own vertices where it has some.
+fn push_level(
+    pack: &mut PackContents,
+    triangles: &[[u16; 3]],
+    vertex_count: u32,
+    bound_m: f32,
+    own: Option<&[VertexRecord]>,
+) -> ManifestMeasured {
+    let triangle_count = triangles.len() as u32;
+    pack.levels.push(LevelRecord {
+        vertex_count,
+        triangle_count,
+        index_offset: pack.indices_16.len() as u32,
+        index_bytes: 2,
+        refit_vertex_offset: own.map_or(NONE, |_| pack.refit_vertices.len() as u32),
+        bound_m,
+    });
+    pack.indices_16.extend_from_slice(triangles.as_flattened());
+    pack.refit_vertices.extend_from_slice(own.unwrap_or_default());
+    ManifestMeasured { vertex_count, triangle_count, bound_m, ..ManifestMeasured::default() }
 }
 
 fn node(name: &str, parent: Option<u32>, translation: [f32; 3]) -> ManifestNode {

@@ -11,7 +11,7 @@ fn a_written_pack_opens_and_the_report_adds_up() {
     let contents = tiny_pack::contents(AnimationLayout::Premultiplied3x4);
     let report = contents.write(&path).unwrap();
     assert_eq!(report.pack_bytes, fs::metadata(&path).unwrap().len());
-    assert_eq!(report.sections.len(), 13);
+    assert_eq!(report.sections.len(), 18);
     assert_eq!(report.sections[2], ("vertices".to_owned(), 9 * 48));
     assert_eq!(Pack::open(&path).unwrap().contents(), &contents);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing else is left in the folder");

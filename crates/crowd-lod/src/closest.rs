@@ -121,6 +121,18 @@ impl ClosestTriangles {
         triangles: &[[u32; 3]],
         hint: u32,
     ) -> Option<(u32, f32)> {
+        self.close_enough(point, positions, triangles, hint, 0.0)
+    }
+
+    /// Like [`Self::closest`], but a triangle at most `enough` (squared) away ends the search, though another may be closer.
+    pub fn close_enough(
+        &self,
+        point: [f32; 3],
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        hint: u32,
+        enough: f32,
+    ) -> Option<(u32, f32)> {
         if self.nodes.is_empty() {
             return None;
         }
@@ -132,7 +144,7 @@ impl ClosestTriangles {
         let mut stack = [(0_u32, 0.0_f32); 64];
         let mut depth = 1;
         stack[0] = (0, self.box_distance(0, point));
-        while depth > 0 {
+        while depth > 0 && best > enough {
             depth -= 1;
             let (at, distance) = stack[depth];
             if distance >= best {
@@ -351,6 +363,9 @@ mod tests {
                     prop_assert_eq!(squared, least);
                     let corners = triangles[found as usize].map(|v| positions[v as usize]);
                     prop_assert_eq!(triangle_distance_squared(point, corners), least);
+                    // A search that may stop early stops within what is enough, or with the closest.
+                    let early = tree.close_enough(point, positions, &triangles, hint, least * 2.0).expect("a triangle");
+                    prop_assert!(early.1 >= least && early.1 <= least * 2.0);
                 }
                 let hit = tree.closest_point(point, positions, &triangles, None, None).expect("a triangle");
                 let again = tree.closest_point(point, positions, &triangles, None, Some(0));

@@ -5,13 +5,15 @@
 //! wedges per collapse instead of once (see [`Criteria::Wedge`]).
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
 //!
-//! One module a step: `split_seams` (with `separate_layers` and `duplicate_triangles`), `classify`, `frames` (with `align`), `quadrics`, `criteria`,
-//! `collapse` (on a `topology`), `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `interpenetration`.
+//! One module a step: `split_seams` (with `separate_layers` and `duplicate_triangles`), `classify`, `frames` (with `align`),
+//! `quadrics`, `criteria`, `collapse` (on a `topology`), `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`,
+//! `choose_levels`, `worst_frames`, `measure_surfaces`, `interpenetration`.
 
 mod align;
 mod attributes;
 mod behind;
 mod check_frames;
+mod choose_levels;
 mod classify;
 mod closest;
 mod collapse;
@@ -26,6 +28,7 @@ mod level_mesh;
 #[cfg(test)]
 mod lib_tests;
 mod measure;
+mod measure_surfaces;
 mod quadrics;
 mod refit;
 mod reform;
@@ -37,13 +40,17 @@ mod test_meshes;
 mod topology;
 mod types;
 mod validate;
+mod worst_frames;
 
+pub use choose_levels::geometric_levels;
 pub use interpenetration::{Interpenetration, LayeredMesh, find_layers, measure_interpenetration};
 pub use level_mesh::{LevelMesh, level_mesh};
 pub use measure::{measure_level, measured_frames};
+pub use measure_surfaces::{LevelSurface, Surface, SurfaceError, measure_surfaces};
 pub use refit::{RefitOptions, refit};
 pub use reform::reform;
 pub use types::*;
+pub use worst_frames::worst_frames;
 
 /// Times that an order is made anew, with frames added, before a check that still fails is only reported.
 const MAX_RERUNS: u32 = 2;

@@ -2,10 +2,12 @@
 //!
 //! What needs a whole level to be rebuilt (degenerate triangles, measured errors) is left to `crowdbake verify`.
 
+use crate::check_levels::{CoveredLevels, check_level_set};
 use crate::check_manifest::check_manifest;
 use crate::layout::{ALIGNMENT, align_up, format_error, refuse_above};
 use crate::{
-    AnimationLayout, CharacterRecord, LodRecord, NONE, PackContents, Result, limits, material_flags, vertex_class,
+    AnimationLayout, CharacterRecord, LodRecord, NONE, PackContents, Result, VertexRecord, limits, material_flags,
+    vertex_class,
 };
 use std::fmt::Display;
 use std::ops::Range;
@@ -32,6 +34,7 @@ struct Covered {
     materials: usize,
     texels: usize,
     inverse_bind_texels: usize,
+    tables: CoveredLevels,
 }
 
 impl Covered {
@@ -45,7 +48,7 @@ impl Covered {
             ("animation", contents.animation.len(), self.texels),
             ("inverse_binds", contents.inverse_binds.len(), self.inverse_bind_texels),
         ];
-        for (name, found, used) in pairs {
+        for (name, found, used) in pairs.into_iter().chain(self.tables.pairs(contents)) {
             expect(
                 found == used,
                 || format!("section {name}: elements"),
@@ -67,13 +70,19 @@ fn check_counts(contents: &PackContents) -> Result<()> {
         ("clips", contents.clips.len()),
         ("animation texels", contents.animation.len()),
         ("track values", contents.track_values.len()),
+        ("levels", contents.levels.len()),
+        ("16-bit indices", contents.indices_16.len()),
+        ("32-bit indices", contents.indices_32.len()),
+        ("refitted vertices", contents.refit_vertices.len()),
     ] {
         refuse_above(name, count as u64, u64::from(u32::MAX))?;
     }
     let (found, vertices) = (contents.collapse_map.len(), contents.vertices.len());
     expect(found == vertices, || "section collapse_map: elements", found, || format!("{vertices}, one a vertex"))?;
-    let found = contents.manifest.characters.len();
     let characters = contents.characters.len();
+    let found = contents.level_sets.len();
+    expect(found == characters, || "section level_sets: elements", found, || format!("{characters}, one a character"))?;
+    let found = contents.manifest.characters.len();
     expect(found == characters, || "manifest: characters", found, || format!("{characters}, one a record"))
 }
 
@@ -155,7 +164,8 @@ fn check_character(contents: &PackContents, index: usize, covered: &mut Covered)
             allowed,
         )?;
     }
-    check_lods(character, &contents.lods[lods], &place)?;
+    check_lods(character, &contents.lods[lods.clone()], &place)?;
+    check_level_set(contents, index, &contents.lods[lods], &mut covered.tables)?;
     check_clips(contents, character, clips, covered, &place)?;
     check_inverse_binds(contents, character, covered, &place)?;
     check_materials(contents, materials, &place)
@@ -194,21 +204,29 @@ fn check_vertices(
     place: &dyn Fn(&str) -> String,
 ) -> Result<()> {
     for (number, vertex) in contents.vertices[vertices].iter().enumerate() {
-        let here = |field: &str| place(&format!("vertex {number}: {field}"));
-        expect_finite(&vertex.position, || here("position"))?;
-        expect_finite(&vertex.uv, || here("texture coordinates"))?;
-        let materials = character.material_count;
-        expect(vertex.material() < materials, || here("material"), vertex.material(), || format!("below {materials}"))?;
-        let fits = vertex.class() <= vertex_class::FIXED;
-        expect(fits, || here("class"), vertex.class(), || format!("at most {}", vertex_class::FIXED))?;
-        let joints = vertex.joint_indices();
-        let fits = joints.iter().all(|&joint| u32::from(joint) < character.joint_count);
-        let allowed = || format!("below {}", character.joint_count);
-        expect(fits, || here("joints"), format_args!("{joints:?}"), allowed)?;
-        let sum: u32 = vertex.weights_unorm16().iter().map(|&weight| u32::from(weight)).sum();
-        expect(sum == 65_535, || here("sum of weights"), sum, || "65535".to_owned())?;
+        check_vertex(vertex, character, &|field: &str| place(&format!("vertex {number}: {field}")))?;
     }
     Ok(())
+}
+
+/// Numbers finite, material, class and joints there, weights whole.
+pub(crate) fn check_vertex(
+    vertex: &VertexRecord,
+    character: &CharacterRecord,
+    here: &dyn Fn(&str) -> String,
+) -> Result<()> {
+    expect_finite(&vertex.position, || here("position"))?;
+    expect_finite(&vertex.uv, || here("texture coordinates"))?;
+    let materials = character.material_count;
+    expect(vertex.material() < materials, || here("material"), vertex.material(), || format!("below {materials}"))?;
+    let fits = vertex.class() <= vertex_class::FIXED;
+    expect(fits, || here("class"), vertex.class(), || format!("at most {}", vertex_class::FIXED))?;
+    let joints = vertex.joint_indices();
+    let fits = joints.iter().all(|&joint| u32::from(joint) < character.joint_count);
+    let allowed = || format!("below {}", character.joint_count);
+    expect(fits, || here("joints"), format_args!("{joints:?}"), allowed)?;
+    let sum: u32 = vertex.weights_unorm16().iter().map(|&weight| u32::from(weight)).sum();
+    expect(sum == 65_535, || here("sum of weights"), sum, || "65535".to_owned())
 }
 
 /// One entry for each k: at most max(k, coarsest) vertices, counts never falling, the last entry full detail.
@@ -307,7 +325,13 @@ fn texels_per_joint(contents: &PackContents) -> u32 {
 }
 
 /// The next `count` elements of a section, which must start at `offset` and lie within `len`.
-fn take(covered: &mut usize, offset: u32, count: u64, len: usize, place: &dyn Fn() -> String) -> Result<Range<usize>> {
+pub(crate) fn take(
+    covered: &mut usize,
+    offset: u32,
+    count: u64,
+    len: usize,
+    place: &dyn Fn() -> String,
+) -> Result<Range<usize>> {
     let start = *covered;
     expect(
         offset as usize == start,

@@ -2,7 +2,10 @@
 
 use crate::check_contents::{expect, expect_finite};
 use crate::layout::{format_error, refuse_above};
-use crate::{CharacterRecord, Manifest, ManifestCharacter, ManifestTrack, PackContents, Result, limits};
+use crate::{
+    CharacterRecord, LevelRecord, LevelSetRecord, Manifest, ManifestCharacter, ManifestMeasured, ManifestTarget,
+    ManifestTrack, PackContents, Result, limits,
+};
 use std::collections::BTreeSet;
 
 fn configuration() -> impl bincode::config::Config {
@@ -37,6 +40,7 @@ pub(crate) fn check_manifest(contents: &PackContents) -> Result<()> {
         let fits = !name.is_empty() && names.insert(name);
         expect(fits, || here("name"), name.escape_debug(), || "a name no other character has".to_owned())?;
         check_character(contents, &contents.characters[index], character, &here)?;
+        check_measured(contents, index, character, &here)?;
     }
     Ok(())
 }
@@ -153,14 +157,94 @@ fn check_levels(
         expect_finite(&[level.error_m], || here(&format!("level {number}: error")))?;
         last = level.vertex_count;
     }
-    for (number, level) in character.measured.iter().enumerate() {
-        let clip = (level.max_clip < record.clip_count)
-            .then(|| &contents.clips[(record.clip_offset + level.max_clip) as usize]);
-        let in_clip = clip.is_some_and(|clip| level.max_frame < clip.frame_count);
-        let fits = is_level(level.vertex_count, level.triangle_count) && in_clip;
-        let allowed = || "a level of the LOD table, a clip and a frame of the character".to_owned();
-        expect(fits, || here(&format!("measured level {number}")), format_args!("{level:?}"), allowed)?;
-        expect_finite(&[level.rms_m, level.max_m], || here(&format!("measured level {number}: distance")))?;
+    Ok(())
+}
+
+/// What the manifest says about the levels with index tables: one entry a record, the same counts, the same bound.
+fn check_measured(
+    contents: &PackContents,
+    index: usize,
+    character: &ManifestCharacter,
+    here: &dyn Fn(&str) -> String,
+) -> Result<()> {
+    let set: &LevelSetRecord = &contents.level_sets[index];
+    for (field, found, count) in [
+        ("measured levels", character.measured.len(), set.quantized_count),
+        ("discrete levels", character.discrete.len(), set.discrete_count),
+    ] {
+        expect(found == count as usize, || here(field), found, || format!("{count}, as the record says"))?;
+    }
+    let (first, quantized) = (set.level_offset as usize, set.quantized_count as usize);
+    let record = &contents.characters[index];
+    for (number, measured) in character.measured.iter().enumerate() {
+        let place = |field: &str| here(&format!("measured level {number}{field}"));
+        check_one_measured(contents, record, &contents.levels[first + number], measured, &place)?;
+    }
+    let mut names = BTreeSet::new();
+    for (number, discrete) in character.discrete.iter().enumerate() {
+        let place = |field: &str| here(&format!("discrete level {number}{field}"));
+        let fits = !discrete.name.is_empty() && names.insert(discrete.name.as_str());
+        let allowed = || "a name no other level of the character has".to_owned();
+        expect(fits, || place(": name"), discrete.name.escape_debug(), allowed)?;
+        let numbers = match discrete.target {
+            ManifestTarget::Ratio(share) => [share, 1.0],
+            ManifestTarget::ErrorM(distance) | ManifestTarget::ErrorHeight(distance) => [distance, 1.0],
+            ManifestTarget::Pixels(pixels, height) => [pixels, height],
+        };
+        let fits = numbers.iter().all(|number| number.is_finite() && *number > 0.0);
+        expect(fits, || place(": target"), format_args!("{numbers:?}"), || "finite, above 0".to_owned())?;
+        let level = &contents.levels[first + quantized + number];
+        check_one_measured(contents, record, level, &discrete.measured, &place)?;
+    }
+    check_measured_frames(contents, record, character, here)
+}
+
+fn check_one_measured(
+    contents: &PackContents,
+    record: &CharacterRecord,
+    level: &LevelRecord,
+    measured: &ManifestMeasured,
+    place: &dyn Fn(&str) -> String,
+) -> Result<()> {
+    let clip = (measured.max_clip < record.clip_count)
+        .then(|| &contents.clips[(record.clip_offset + measured.max_clip) as usize]);
+    let in_clip = clip.is_some_and(|clip| measured.max_frame < clip.frame_count);
+    let same = (measured.vertex_count, measured.triangle_count) == (level.vertex_count, level.triangle_count)
+        && measured.bound_m.to_bits() == level.bound_m.to_bits();
+    let allowed = || "counts and bound of the level's record, a clip and a frame of the character".to_owned();
+    expect(in_clip && same, || place(""), format_args!("{measured:?}"), allowed)?;
+    let numbers = [
+        measured.rms_m,
+        measured.max_m,
+        measured.bound_m,
+        measured.uv_drift_p95_texels,
+        measured.normal_mean_deg,
+        measured.bound_px,
+        measured.poked_share,
+    ];
+    let fits = numbers.iter().all(|number| number.is_finite() && *number >= 0.0);
+    expect(fits, || place(": distance"), format_args!("{numbers:?}"), || "finite, at least 0".to_owned())
+}
+
+/// Frames measured are frames of the character, rising.
+fn check_measured_frames(
+    contents: &PackContents,
+    record: &CharacterRecord,
+    character: &ManifestCharacter,
+    here: &dyn Fn(&str) -> String,
+) -> Result<()> {
+    let clips = &contents.clips[record.clip_offset as usize..][..record.clip_count as usize];
+    let frame_count: u64 = clips.iter().map(|clip| u64::from(clip.frame_count)).sum();
+    let measuring = &character.measuring;
+    for frames in [&measuring.mean_frames, &measuring.worst_frames] {
+        let rising = frames.windows(2).all(|pair| pair[0] < pair[1]);
+        let fits = rising && frames.last().is_none_or(|&last| u64::from(last) < frame_count);
+        expect(
+            fits,
+            || here("frames measured"),
+            format_args!("others, the last {:?}", frames.last()),
+            || format!("rising, below {frame_count}"),
+        )?;
     }
     Ok(())
 }

@@ -1,6 +1,9 @@
 //! A pack in memory: [`PackContents`] owned for writing, [`Pack`] checked for reading.
 
-use crate::{CharacterRecord, ClipRecord, ImageRecord, LodRecord, Manifest, MaterialRecord, VertexRecord};
+use crate::{
+    CharacterRecord, ClipRecord, ImageRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, MaterialRecord,
+    VertexRecord,
+};
 
 /// Everything that goes into a pack. All characters share one section per kind of data (Dong 2019 §5).
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -31,6 +34,16 @@ pub struct PackContents {
     pub image_bytes: Vec<u8>,
     /// Times and values of the source curves.
     pub track_values: Vec<f32>,
+    /// Where each character's levels with index tables lie.
+    pub level_sets: Vec<LevelSetRecord>,
+    /// All levels with index tables.
+    pub levels: Vec<LevelRecord>,
+    /// Indices of levels of few vertices, local to the character or to the refitted level.
+    pub indices_16: Vec<u16>,
+    /// Indices of the others.
+    pub indices_32: Vec<u32>,
+    /// Vertices of refitted levels.
+    pub refit_vertices: Vec<VertexRecord>,
 }
 
 /// What was written.
@@ -49,12 +62,14 @@ pub struct WriteReport {
 /// - Triangle corners are below `vertex_count`; materials, joints and classes of vertices exist; weights sum to 65535.
 /// - `collapse_map[v] < v`, or `v` itself below `min_vertex_count`: looking an index up ends.
 /// - LOD tables are monotone, from the coarsest level to full detail, with at most `max(k, min_vertex_count)` vertices.
+/// - Levels with index tables cover `levels`, `indices_16`, `indices_32` and `refit_vertices` exactly and in order; their
+///   indices are below their vertex counts, and those without vertices of their own are levels of the LOD table.
 /// - Images lie within `image_bytes` at multiples of 64; materials name existing images. Images are not decoded.
 /// - The manifest has as many joints, clips and materials as the records; parents come before children; tracks lie within
 ///   `track_values` and have rising times; character names are unique, clip names within their character.
 /// - Every number is finite and every count within [`crate::limits`].
 ///
-/// Not checked: that no level has degenerate triangles, and that the errors are what they say (`crowdbake verify` does).
+/// Not checked: that no level has degenerate triangles, that index tables hold the reformed triangles, and that the errors are what they say (`crowdbake verify` does).
 #[derive(Debug)]
 pub struct Pack {
     pub(crate) contents: PackContents,

@@ -20,8 +20,8 @@ const HEADER_CHECKED_BYTES: usize = 60;
 /// Bytes of a section's name, zero-padded.
 const NAME_BYTES: usize = 16;
 
-/// Names and element sizes of the sections of version 1, in file order. All are always there, empty or not.
-pub const SECTIONS: [(&str, u32); 13] = [
+/// Names and element sizes of the sections of version 2, in file order. All are always there, empty or not.
+pub const SECTIONS: [(&str, u32); 18] = [
     ("manifest", 1),
     ("characters", 96),
     ("vertices", 48),
@@ -35,6 +35,11 @@ pub const SECTIONS: [(&str, u32); 13] = [
     ("images", 32),
     ("image_bytes", 1),
     ("track_values", 4),
+    ("level_sets", 16),
+    ("levels", 24),
+    ("indices_16", 2),
+    ("indices_32", 4),
+    ("refit_vertices", 48),
 ];
 
 /// The next multiple of [`ALIGNMENT`].
@@ -224,6 +229,11 @@ mod tests {
             size_of::<crate::ImageRecord>(),
             1,
             size_of::<f32>(),
+            size_of::<crate::LevelSetRecord>(),
+            size_of::<crate::LevelRecord>(),
+            size_of::<u16>(),
+            size_of::<u32>(),
+            size_of::<crate::VertexRecord>(),
         ];
         assert_eq!(SECTIONS.map(|(_, bytes)| bytes as usize), sizes);
         assert!(SECTIONS.iter().all(|(name, _)| name.len() <= NAME_BYTES));

@@ -18,5 +18,9 @@ pub const IMAGES: u64 = 65_536;
 pub const IMAGE_SIDE_PX: u32 = 32_768;
 /// Joints of one character: vertices address them with 16 bits.
 pub const JOINTS_PER_CHARACTER: u64 = 4_096;
+/// Quantised levels of one character: steps of 6 % between full detail and a fiftieth; a draw each is cheap.
+pub const QUANTIZED_LEVELS: u64 = 64;
+/// Discrete levels of one character: engines stop at eight.
+pub const DISCRETE_LEVELS: u64 = 32;
 /// Bytes of the decoded manifest: bounds what bincode may allocate.
 pub const MANIFEST_BYTES: usize = 256 << 20;

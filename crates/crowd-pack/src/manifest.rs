@@ -39,12 +39,12 @@ pub struct ManifestCharacter {
     pub seams: ManifestSeams,
     /// Accumulated error of each level of the order, coarsest first.
     pub levels: Vec<ManifestLevel>,
-    /// Measured levels, coarsest first.
+    /// The quantised levels as measured, coarsest first: one per record.
     pub measured: Vec<ManifestMeasured>,
-    /// How measuring was done: points a side and frame.
-    pub samples_per_frame: u32,
-    /// How measuring was done: frames.
-    pub measured_frames: u32,
+    /// The discrete levels, finest first: one per record.
+    pub discrete: Vec<ManifestDiscrete>,
+    /// How measuring was done.
+    pub measuring: ManifestMeasuring,
     /// What kept the coarsest level from going further.
     pub blocked: ManifestBlocked,
     /// Warnings of the import and the bake, as sentences.
@@ -158,7 +158,50 @@ pub struct ManifestLevel {
     pub error_m: f32,
 }
 
-/// A measured level.
+/// How the levels were measured: enough to measure them again.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct ManifestMeasuring {
+    /// Points a side and frame that the mean is taken over.
+    pub samples_per_frame: u32,
+    /// Frames, counted over all clips, that the mean is taken over; rising.
+    pub mean_frames: Vec<u32>,
+    /// Further frames that the maximum looks at, those where the levels are worst; rising.
+    pub worst_frames: Vec<u32>,
+}
+
+/// A level that someone asked for.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct ManifestDiscrete {
+    /// Unique within the character: `lod1` the finest.
+    pub name: String,
+    /// What was asked for.
+    pub target: ManifestTarget,
+    /// False where even the coarsest level has more triangles than asked for.
+    pub reached: bool,
+    /// What it is.
+    pub measured: ManifestMeasured,
+}
+
+/// What a discrete level was asked to be.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum ManifestTarget {
+    /// At most this share of the triangles.
+    Ratio(f32),
+    /// A bound of at most so many metres.
+    ErrorM(f32),
+    /// A bound of at most this share of the character's height.
+    ErrorHeight(f32),
+    /// A bound of at most so many pixels, where the character is so many pixels high.
+    Pixels(f32, f32),
+}
+
+impl Default for ManifestTarget {
+    fn default() -> Self {
+        Self::Ratio(1.0)
+    }
+}
+
+/// A measured level. Distances are those of closest points, both ways, over the frames of [`ManifestMeasuring`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ManifestMeasured {
     /// Vertices.
@@ -173,7 +216,20 @@ pub struct ManifestMeasured {
     pub max_clip: u32,
     /// Frame of the largest within its clip.
     pub max_frame: u32,
+    /// A distance that no point exceeds in any frame, metres; as in the level's record. Never smaller than that of a finer level.
+    pub bound_m: f32,
+    /// Texture drift between closest points that 95 % of the surface stays below, texels; 0 without textures.
+    pub uv_drift_p95_texels: f32,
+    /// Mean angle between the normals of closest points, degrees.
+    pub normal_mean_deg: f32,
+    /// `bound_m` where the character is [`REFERENCE_HEIGHT_PX`] high on the screen, pixels.
+    pub bound_px: f32,
+    /// Share of the surface that has come out through a layer which covers it at full detail, mean over frames, 0..=1.
+    pub poked_share: f32,
 }
+
+/// Height on the screen that pixel errors of levels refer to.
+pub const REFERENCE_HEIGHT_PX: f32 = 720.0;
 
 /// Positions that could not move any more at the coarsest level, by what held them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

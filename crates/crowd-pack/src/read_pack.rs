@@ -53,6 +53,11 @@ impl Pack {
             images,
             image_bytes,
             track_values,
+            level_sets,
+            levels,
+            indices_16,
+            indices_32,
+            refit_vertices,
         ] = split_sections(bytes)?;
         let contents = PackContents {
             manifest: decode_manifest(manifest)?,
@@ -68,6 +73,11 @@ impl Pack {
             images: to_records(images),
             image_bytes: image_bytes.to_vec(),
             track_values: to_records(track_values),
+            level_sets: to_records(level_sets),
+            levels: to_records(levels),
+            indices_16: to_records(indices_16),
+            indices_32: to_records(indices_32),
+            refit_vertices: to_records(refit_vertices),
         };
         check_contents(&contents)?;
         Ok(Self { contents })

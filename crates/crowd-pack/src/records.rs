@@ -5,10 +5,10 @@
 use bytemuck::{Pod, Zeroable};
 
 /// Version of the format; a reader refuses every other.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 /// First eight bytes of a pack.
 pub const MAGIC: [u8; 8] = *b"CROWDPK\0";
-/// No image.
+/// No image; no vertices of their own.
 pub const NONE: u32 = u32::MAX;
 
 /// One vertex, 48 bytes. Indices are local to the character.
@@ -41,6 +41,57 @@ pub struct LodRecord {
     pub vertex_count: u32,
     /// Triangles of the level.
     pub triangle_count: u32,
+}
+
+/// Where a character's levels with index tables lie, 16 bytes; one record a character.
+///
+/// From `level_offset`: the quantised levels, coarsest first, full detail last; then the discrete ones, finest first.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct LevelSetRecord {
+    /// First record in the levels section.
+    pub level_offset: u32,
+    /// Levels in geometric steps of their triangles, at least one.
+    pub quantized_count: u32,
+    /// Levels that someone asked for by ratio or error.
+    pub discrete_count: u32,
+    /// First vertex of the character's refitted levels.
+    pub refit_vertex_offset: u32,
+}
+
+/// A level with an index table in cache order, 24 bytes.
+///
+/// Its triangles are those that reforming gives, each starting at some corner, in an order that suits a vertex cache.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct LevelRecord {
+    /// Indices are below this: a prefix of the character's vertices, or the count of the level's own.
+    pub vertex_count: u32,
+    /// Triangles; three indices each.
+    pub triangle_count: u32,
+    /// First index, in the section of that width.
+    pub index_offset: u32,
+    /// 2 (section `indices_16`, where `vertex_count` is at most [`INDEX_16_VERTICES`]) or 4 (`indices_32`).
+    pub index_bytes: u32,
+    /// First vertex in `refit_vertices`, or [`NONE`] where the indices go to the character's vertices.
+    pub refit_vertex_offset: u32,
+    /// No point of the level or of full detail is farther from the other than this in the frames baked, metres.
+    pub bound_m: f32,
+}
+
+/// Vertices of a level that 16-bit indices can name: index 65,535 is kept free, it restarts primitives.
+pub const INDEX_16_VERTICES: u32 = 65_535;
+
+impl LevelRecord {
+    /// Bytes of an index for a level of that many vertices.
+    pub fn index_bytes_for(vertex_count: u32) -> u32 {
+        if vertex_count <= INDEX_16_VERTICES { 2 } else { 4 }
+    }
+
+    /// True where the level has vertices of its own.
+    pub fn is_refit(&self) -> bool {
+        self.refit_vertex_offset != NONE
+    }
 }
 
 /// Offsets, counts and bounds of a character, 96 bytes. Offsets are in elements of the pack's sections.

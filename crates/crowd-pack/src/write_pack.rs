@@ -70,6 +70,11 @@ impl PackContents {
             cast_slice(&self.images),
             &self.image_bytes,
             cast_slice(&self.track_values),
+            cast_slice(&self.level_sets),
+            cast_slice(&self.levels),
+            cast_slice(&self.indices_16),
+            cast_slice(&self.indices_32),
+            cast_slice(&self.refit_vertices),
         ]
     }
 }

@@ -5,7 +5,7 @@ use crowd_stages::{CrowdData, InstanceRecord, LodChoice, cpu};
 use std::path::Path;
 
 fn open(name: &str) -> Pack {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/packs/v1");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/packs/v2");
     Pack::open(&folder.join(name)).expect("a pack of the contract")
 }
 

@@ -1,13 +1,17 @@
 //! The only place where the results of the bake become records of a pack.
 
 use crate::bake::{BakedCharacter, warning_sentence};
+use crate::bake_levels::{BakedLevel, BakedLevels};
 use crate::error::{BakeError, Cause, Step};
+use crate::measure_levels::SAMPLES_PER_FRAME;
 use crate::plan::criteria_name;
+use crate::views::QuantizedMesh;
 use crowd_lod::{CollapseOrder, VertexClass};
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, LodRecord, Manifest, ManifestBlocked, ManifestCharacter,
-    ManifestClip, ManifestJoint, ManifestLevel, ManifestMeasured, ManifestNode, ManifestPart, ManifestSeams,
-    ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord, material_flags, vertex_class,
+    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestBlocked,
+    ManifestCharacter, ManifestClip, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured,
+    ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTrack, MaterialRecord, NONE, PackContents,
+    REFERENCE_HEIGHT_PX, VertexRecord, material_flags, vertex_class,
 };
 use crowd_source::{ImageEncoding, RawClip, RawImage, RawInterpolation, RawMaterial, RawProperty, RawWrap};
 use std::collections::HashMap;
@@ -62,10 +66,11 @@ impl Assembly {
             box_max: baked.bounds.max,
             inverse_bind_offset: out.inverse_binds.len() as u32,
         };
-        self.contents.vertices.extend(vertex_records(baked, &materials));
+        self.contents.vertices.extend(vertex_records(&baked.mesh, order, &materials));
         self.contents.triangles.extend_from_slice(&order.triangles);
         self.contents.collapse_map.extend_from_slice(&order.collapse_map);
         self.contents.lods.extend(lod_table(order));
+        self.add_levels(&baked.levels)?;
         self.add_clips(baked, layout)?;
         for &material in &materials {
             let material = self.material_record(&baked.raw.materials[usize::from(material)], &baked.raw.images);
@@ -74,6 +79,44 @@ impl Assembly {
         let manifest = self.manifest_character(baked, &materials)?;
         self.contents.characters.push(record);
         self.contents.manifest.characters.push(manifest);
+        Ok(())
+    }
+
+    fn add_levels(&mut self, levels: &BakedLevels) -> Result<(), Cause> {
+        let out = &mut self.contents;
+        let discrete = levels.discrete.iter().map(|discrete| &discrete.level);
+        out.level_sets.push(LevelSetRecord {
+            level_offset: out.levels.len() as u32,
+            quantized_count: levels.quantized.len() as u32,
+            discrete_count: levels.discrete.len() as u32,
+            refit_vertex_offset: out.refit_vertices.len() as u32,
+        });
+        for level in levels.quantized.iter().chain(discrete) {
+            let index_bytes = LevelRecord::index_bytes_for(level.vertex_count);
+            let index_offset = if index_bytes == 2 {
+                offset("16-bit indices", out.indices_16.len(), level.indices.len())?
+            } else {
+                offset("32-bit indices", out.indices_32.len(), level.indices.len())?
+            };
+            let refit_vertex_offset = match &level.own {
+                None => NONE,
+                Some(own) => offset("refitted vertices", out.refit_vertices.len(), own.len())?,
+            };
+            out.levels.push(LevelRecord {
+                vertex_count: level.vertex_count,
+                triangle_count: (level.indices.len() / 3) as u32,
+                index_offset,
+                index_bytes,
+                refit_vertex_offset,
+                bound_m: level.error.surface.bound_m,
+            });
+            out.refit_vertices.extend_from_slice(level.own.as_deref().unwrap_or_default());
+            if index_bytes == 2 {
+                out.indices_16.extend(level.indices.iter().map(|&index| index as u16));
+            } else {
+                out.indices_32.extend_from_slice(&level.indices);
+            }
+        }
         Ok(())
     }
 
@@ -190,16 +233,12 @@ impl Assembly {
             triangle_count: level.triangle_count,
             error_m: level.error_m,
         });
-        let measured = order.measured.iter().map(|level| {
-            let (max_clip, max_frame) = clip_of_frame(baked, level.error.max_frame);
-            ManifestMeasured {
-                vertex_count: level.vertex_count,
-                triangle_count: level.triangle_count,
-                rms_m: level.error.rms_m,
-                max_m: level.error.max_m,
-                max_clip,
-                max_frame,
-            }
+        let measured = baked.levels.quantized.iter().map(|level| manifest_measured(baked, level));
+        let discrete = baked.levels.discrete.iter().map(|discrete| ManifestDiscrete {
+            name: discrete.name.clone(),
+            target: discrete.target.0,
+            reached: discrete.reached,
+            measured: manifest_measured(baked, &discrete.level),
         });
         let blocked = order.blocked;
         Ok(ManifestCharacter {
@@ -215,8 +254,12 @@ impl Assembly {
             seams: manifest_seams(order),
             levels: levels.collect(),
             measured: measured.collect(),
-            samples_per_frame: baked.lod_options.samples_per_frame,
-            measured_frames: baked.lod_options.measured_frames,
+            discrete: discrete.collect(),
+            measuring: ManifestMeasuring {
+                samples_per_frame: SAMPLES_PER_FRAME,
+                mean_frames: baked.levels.frames.mean.clone(),
+                worst_frames: baked.levels.frames.worst.clone(),
+            },
             blocked: ManifestBlocked {
                 fixed: blocked.fixed,
                 seam: blocked.seam,
@@ -228,16 +271,39 @@ impl Assembly {
     }
 }
 
+fn manifest_measured(baked: &BakedCharacter, level: &BakedLevel) -> ManifestMeasured {
+    let error = &level.error.surface;
+    let (max_clip, max_frame) = clip_of_frame(baked, error.max_frame);
+    let px_per_m = if baked.height_m > 0.0 { REFERENCE_HEIGHT_PX / baked.height_m } else { 0.0 };
+    ManifestMeasured {
+        vertex_count: level.vertex_count,
+        triangle_count: (level.indices.len() / 3) as u32,
+        rms_m: error.rms_m,
+        max_m: error.max_m,
+        max_clip,
+        max_frame,
+        bound_m: error.bound_m,
+        uv_drift_p95_texels: error.uv_drift_p95_texels,
+        normal_mean_deg: error.normal_mean_deg,
+        bound_px: error.bound_m * px_per_m,
+        poked_share: level.error.poked_share,
+    }
+}
+
 /// Materials that some vertex uses, rising; unused ones and their images stay out of the pack.
-fn used_materials(order: &CollapseOrder) -> Vec<u16> {
+pub(crate) fn used_materials(order: &CollapseOrder) -> Vec<u16> {
     let mut used = order.vertex_materials.clone();
     used.sort_unstable();
     used.dedup();
     used
 }
 
-fn vertex_records<'a>(baked: &'a BakedCharacter, materials: &'a [u16]) -> impl Iterator<Item = VertexRecord> + 'a {
-    let order = &baked.order;
+/// The vertices of the order as records. `materials`: those used, as [`used_materials`] lists them.
+pub(crate) fn vertex_records<'a>(
+    mesh: &'a QuantizedMesh,
+    order: &'a CollapseOrder,
+    materials: &'a [u16],
+) -> impl Iterator<Item = VertexRecord> + 'a {
     (0..order.vertex_source.len()).map(move |vertex| {
         let material = materials
             .binary_search(&order.vertex_materials[vertex])
@@ -247,12 +313,12 @@ fn vertex_records<'a>(baked: &'a BakedCharacter, materials: &'a [u16]) -> impl I
             VertexClass::Companion => vertex_class::COMPANION,
             VertexClass::Fixed => vertex_class::FIXED,
         };
-        let place = baked.mesh.records[order.vertex_source[vertex] as usize];
-        let attributes = baked.mesh.records[order.attribute_source[vertex] as usize];
+        let place = mesh.records[order.vertex_source[vertex] as usize];
+        let attributes = mesh.records[order.attribute_source[vertex] as usize];
         VertexRecord {
             material_class: material | (class << 16),
             position: place.position,
-            normal_oct: baked.mesh.records[order.normal_source[vertex] as usize].normal_oct,
+            normal_oct: mesh.records[order.normal_source[vertex] as usize].normal_oct,
             joints: place.joints,
             weights: place.weights,
             ..attributes

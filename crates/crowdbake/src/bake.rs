@@ -1,14 +1,18 @@
-//! The steps of a bake, in order: load, select clips, sample, quantize, simplify, bound.
+//! The steps of a bake, in order: load, select clips, sample, quantize, simplify, bound, levels.
 
 use crate::appearance::ShownTextures;
+use crate::assemble::{used_materials, vertex_records};
+use crate::bake_levels::{BakedLevels, LevelsAsked, bake_levels};
 use crate::error::{BakeError, Cause, Step};
+use crate::ordered_mesh::OrderedMesh;
 use crate::plan::{Plan, PlanEntry};
 use crate::pose::{Mat3x4, pose_positions};
 use crate::talk::Talk;
+use crate::unpack::triangle_target;
 use crate::views::{self, QuantizedMesh};
 use crowd_anim::{Bounds, SampledClip};
 use crowd_lod::{CollapseOrder, Criteria, FrameReport, LodMesh, LodOptions, LodPoses};
-use crowd_pack::{AnimationLayout, PackContents};
+use crowd_pack::{AnimationLayout, ManifestTarget, PackContents};
 use crowd_source::{Limits, RawCharacter, RawClip, Warning};
 use rayon::prelude::*;
 use std::path::Path;
@@ -61,6 +65,8 @@ pub struct BakedCharacter {
     pub bounds: Bounds,
     /// Height of the pose at rest, metres.
     pub height_m: f32,
+    /// Levels with tables.
+    pub levels: BakedLevels,
     /// Warnings of the import and the bake.
     pub warnings: Vec<Warning>,
     /// How long each step took.
@@ -129,8 +135,14 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
 
     let frame_factors =
         frame_factors(&clips, &entry.clip_weights).map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
-    let lod_options =
-        LodOptions { criteria: entry.criteria, frames: entry.frames, frame_factors, ..LodOptions::default() };
+    let lod_options = LodOptions {
+        criteria: entry.criteria,
+        frames: entry.frames,
+        frame_factors,
+        // The levels step measures.
+        measured_levels: 0,
+        ..LodOptions::default()
+    };
     let order = simplify(&raw, &mesh, &clips, &lod_options, watch)
         .map_err(|error| BakeError::of(Step::Simplify, name, error))?;
     if order.triangles.is_empty() {
@@ -146,6 +158,12 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     let height_m = height_at_rest(&mesh, &order, &rest_palette);
     clock.lap(Step::Bound);
 
+    let levels = store_levels(&raw, &mesh, &order, &clips, height_m, &entry.levels);
+    if strict {
+        expect_reached(&levels, &order).map_err(|cause| BakeError::of(Step::Levels, name, cause))?;
+    }
+    clock.lap(Step::Levels);
+
     Ok(BakedCharacter {
         name: name.to_owned(),
         source: entry.path.file_name().map(|file| file.to_string_lossy().into_owned()).unwrap_or_default(),
@@ -160,6 +178,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         clip_bounds,
         bounds,
         height_m,
+        levels,
         warnings,
         steps: clock.steps,
     })
@@ -288,6 +307,53 @@ pub(crate) fn bake_poses(clips: &[SampledClip]) -> BakePoses {
     }
 }
 
+/// The levels that the pack stores, measured on what it stores.
+fn store_levels(
+    raw: &RawCharacter,
+    mesh: &QuantizedMesh,
+    order: &CollapseOrder,
+    clips: &[SampledClip],
+    height_m: f32,
+    asked: &LevelsAsked,
+) -> BakedLevels {
+    let materials = used_materials(order);
+    let texels = |&material: &u16| {
+        let texture = raw.materials[usize::from(material)].texture;
+        texture.map_or([0.0; 2], |texture| {
+            let image = &raw.images[texture.image as usize];
+            [image.width as f32, image.height as f32]
+        })
+    };
+    let ordered = OrderedMesh::new(
+        vertex_records(mesh, order, &materials).collect(),
+        order.triangles.clone(),
+        order.collapse_map.clone(),
+        order.levels.clone(),
+        &materials.iter().map(texels).collect::<Vec<_>>(),
+    );
+    let palettes: Vec<Mat3x4> = clips.iter().flat_map(|clip| clip.palettes.iter().copied()).collect();
+    let frame_counts: Vec<u32> = clips.iter().map(|clip| clip.frame_count).collect();
+    let poses = LodPoses {
+        palettes: &palettes,
+        joint_count: raw.joints.len(),
+        frame_weights: &views::frame_weights(&frame_counts),
+    };
+    bake_levels(&ordered, &poses, height_m, asked)
+}
+
+/// With `--strict`, a level that does not reach its target refuses the character.
+fn expect_reached(levels: &BakedLevels, order: &CollapseOrder) -> Result<(), Cause> {
+    let Some(missed) = levels.discrete.iter().find(|discrete| !discrete.reached) else { return Ok(()) };
+    let ManifestTarget::Ratio(share) = missed.target.0 else { return Ok(()) };
+    let b = order.blocked;
+    Err(Cause::TargetMissed {
+        what: "triangles",
+        asked: triangle_target(order.triangles.len() as u32, f64::from(share)).into(),
+        coarsest: order.levels.first().map_or(0, |level| level.triangle_count).into(),
+        blocked: blocked_sentence(b.fixed, b.seam, b.topology, b.flip),
+    })
+}
+
 /// Says so when the coarsest level is far from a crowd's far field, and why.
 fn warn_of_high_floor(order: &CollapseOrder) -> Option<Warning> {
     let (coarsest, full) = (order.levels.first()?.triangle_count, order.levels.last()?.triangle_count);
@@ -363,11 +429,36 @@ fn say_baked(talk: &Talk<'_>, baked: &BakedCharacter, seconds: f64) {
     if let Some(sentence) = check_sentence(&baked.order.frames) {
         talk.note(format_args!("  {sentence}"));
     }
+    say_levels(talk, baked);
     for warning in &baked.warnings {
         talk.warn(format_args!("{}: {}", baked.name, warning_sentence(warning)));
     }
     for step in &baked.steps {
         talk.detail(format_args!("  {}: {} {:.3} s", baked.name, step.step.name(), step.seconds));
+    }
+}
+
+/// One line a discrete level: asked for, got, reached or what holds it.
+fn say_levels(talk: &Talk<'_>, baked: &BakedCharacter) {
+    let full = f64::from(baked.order.levels.last().map_or(1, |level| level.triangle_count.max(1)));
+    for discrete in &baked.levels.discrete {
+        let triangles = discrete.level.indices.len() / 3;
+        let refitted = if discrete.level.own.is_some() { ", refitted" } else { "" };
+        talk.note(format_args!(
+            "  {} ({}): {} triangles ({:.1} %), within {:.1} mm, rms {:.1} mm{refitted}: {}",
+            discrete.name,
+            discrete.target.words(),
+            triangles,
+            100.0 * triangles as f64 / full,
+            f64::from(discrete.level.error.surface.bound_m) * 1e3,
+            f64::from(discrete.level.error.surface.rms_m) * 1e3,
+            if discrete.reached { "reached" } else { "not reached" },
+        ));
+        if !discrete.reached {
+            let b = baked.order.blocked;
+            let held = blocked_sentence(b.fixed, b.seam, b.topology, b.flip);
+            talk.warn(format_args!("{}: {} is not reached; {held}", baked.name, discrete.name));
+        }
     }
 }
 
@@ -403,8 +494,9 @@ impl<'a, 't> ShareWatch<'a, 't> {
             Step::Load => (0.0, 0.04),
             Step::SelectClips | Step::Sample => (0.04, 0.06),
             Step::Quantize => (0.1, 0.0),
-            Step::Simplify => (0.1, 0.85),
-            _ => (0.95, 0.05),
+            Step::Simplify => (0.1, 0.65),
+            Step::Bound => (0.75, 0.05),
+            _ => (0.8, 0.2),
         };
         self.reach(start + length * share.clamp(0.0, 1.0), step.name());
     }

@@ -1,6 +1,7 @@
 //! The words of the command line. What they mean is in `plan`.
 
 use crate::compare::Contender;
+use crate::lod_target::LodTarget;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -36,7 +37,7 @@ Examples:
   crowdbake verify cast.crowdpack                         check every promise
 
 Exit codes: 0 done, 1 an input was refused or has no character or clip of that name, 2 wrong command line,
-3 an output could not be written, 4 verification failed. A batch goes on past a refused file, writes the good ones, and ends with the worst code.
+3 an output could not be written, 4 verification failed, 5 with --strict a level asked for is not reached. A batch goes on past a refused file, writes the good ones, and ends with the worst code.
 Data goes to standard output, talk to standard error. NO_COLOR and a closed pipe are respected.";
 
 /// The verbs.
@@ -87,13 +88,16 @@ Inputs:
       source = \"knight.glb\"
       name = \"knight\"               # default: the file's stem
       clips = [\"Idle\", \"Walk*\"]     # default: all; also fps, criteria, frames
+      lod_ratio = [0.5, \"25%\"]      # also error = [\"5mm\", \"0.5%\"], px = [\"1@240\"], refit = true
       clip_weights = { Walk = 2.0 }  # default: all count alike
   The command line wins over a [[characters]] entry, and that over [defaults].
 
 Examples:
   crowdbake bake knight.glb wolf.glb -o cast.crowdpack
   crowdbake bake crowd.toml -o cast.crowdpack --report bake.json
-  crowdbake bake characters/ -o cast.crowdpack --clips 'Idle,Walk*,Run*' --fps 24";
+  crowdbake bake characters/ -o cast.crowdpack --clips 'Idle,Walk*,Run*' --fps 24
+  crowdbake bake knight.glb -o knight.crowdpack --lod-ratio 50%,25%,10% --refit   then export --lod all
+  crowdbake bake knight.glb -o knight.crowdpack --px 1@720,1@240,1@80";
 
 const INSPECT_EXAMPLES: &str = "\
 Examples:
@@ -107,6 +111,9 @@ Examples:
   crowdbake export cast.crowdpack --character knight --ratio 0.1 -o knight_10.glb
   crowdbake export cast.crowdpack --character knight --lods 1,0.5,0.25,0.1 -o knight.glb
                                                           writes knight.lod0.glb to knight.lod3.glb
+  crowdbake export cast.crowdpack --character knight --ratio 0.1 --refit -o knight_10.glb
+  crowdbake export cast.crowdpack --character knight --lod all -o knight.glb
+                                                          what bake stored: knight.lod1.glb, knight.lod2.glb, ...
 The largest level within the target is written. Where no level is small enough the coarsest one is, with a warning;
 with --strict that is an error.";
 
@@ -158,6 +165,25 @@ pub enum FramesWord {
     Bind,
 }
 
+/// Options that say which discrete levels a pack stores.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Discrete levels, beside the continuous detail")]
+pub struct LevelOptions {
+    /// Levels of these shares of the triangles, as in 0.5,0.25 or 50%,25%.
+    #[arg(long, value_delimiter = ',', value_parser = LodTarget::parse_ratio, value_name = "R,...")]
+    pub lod_ratio: Vec<LodTarget>,
+    /// For each distance the coarsest level that stays within it in every frame: 5mm, 2cm, 0.005 (metres), or 0.5% of the height.
+    #[arg(long, value_delimiter = ',', value_parser = LodTarget::parse_error, value_name = "E,...")]
+    pub error: Vec<LodTarget>,
+    /// For each P@H the coarsest level that is off by at most P pixels where the character is H pixels high on the screen:
+    /// 1@720,1@240,1@80 gives a chain for a pixel's accuracy. H alone left out is 720.
+    #[arg(long, value_delimiter = ',', value_parser = LodTarget::parse_pixels, value_name = "P@H,...")]
+    pub px: Vec<LodTarget>,
+    /// Move the vertices of discrete levels to where they lie closest to full detail over the frames.
+    #[arg(long)]
+    pub refit: bool,
+}
+
 /// Peng's criteria or ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum CriteriaWord {
@@ -179,10 +205,13 @@ pub struct BakeArgs {
     /// How to bake.
     #[command(flatten)]
     pub options: BakeOptions,
+    /// Discrete levels.
+    #[command(flatten)]
+    pub levels: LevelOptions,
     /// How the pack stores a joint's matrix [default: 3x4].
     #[arg(long, value_enum, value_name = "LAYOUT", help_heading = "How to bake")]
     pub animation_layout: Option<LayoutWord>,
-    /// Refuse a character whose import warns.
+    /// Refuse a character whose import warns, or whose levels do not reach a share asked for (exit code 5).
     #[arg(long, help_heading = "How to bake")]
     pub strict: bool,
     /// Threads, up to 256; 0 for one a core. The pack's bytes do not depend on it.
@@ -234,7 +263,7 @@ pub struct VerifyArgs {
 
 /// `export`.
 #[derive(Debug, Args)]
-#[command(group(clap::ArgGroup::new("target").required(true).args(["triangles", "ratio", "vertices", "lods"])))]
+#[command(group(clap::ArgGroup::new("target").required(true).args(["triangles", "ratio", "vertices", "lods", "lod"])))]
 pub struct ExportArgs {
     /// A pack, or an asset to be baked on the way.
     #[arg(value_name = "PACK|ASSET")]
@@ -254,10 +283,16 @@ pub struct ExportArgs {
     /// Several shares; one file each.
     #[arg(long, value_name = "R,...", value_delimiter = ',', value_parser = parse_ratio, help_heading = "Which level")]
     pub lods: Option<Vec<f64>>,
+    /// A discrete level that bake stored, by its name (see inspect), or `all`: one file each.
+    #[arg(long, value_name = "NAME", help_heading = "Which level")]
+    pub lod: Option<String>,
+    /// Move the vertices to where they lie closest to full detail over the frames; stored levels are as bake left them.
+    #[arg(long, conflicts_with = "lod")]
+    pub refit: bool,
     /// The file to write; with --lods OUT.lod0.glb, OUT.lod1.glb, ..., or a folder.
     #[arg(short, long, value_parser = glb_parser(), value_name = "OUT.glb")]
     pub output: PathBuf,
-    /// A target that no level reaches is an error.
+    /// A target that no level reaches is an error (exit code 5).
     #[arg(long)]
     pub strict: bool,
 }
@@ -362,6 +397,9 @@ pub struct PrintConfigArgs {
     /// How to bake.
     #[command(flatten)]
     pub options: BakeOptions,
+    /// Discrete levels.
+    #[command(flatten)]
+    pub levels: LevelOptions,
 }
 
 /// A file to write. `-` is not one: a file of that name surprises whoever expected standard output.

@@ -17,7 +17,7 @@ use crate::unpack::{Unpacked, choose_character, is_pack, open, triangle_target};
 use crate::{survey, verify};
 use clap::{CommandFactory, Parser};
 use crowd_judge::JudgeOptions;
-use crowd_pack::{LodRecord, Pack, WriteReport};
+use crowd_pack::{LodRecord, ManifestTarget, Pack, WriteReport};
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -87,6 +87,8 @@ fn say_words(words: &clap::Error, out: &mut dyn Write, err: &mut (dyn Write + Se
 fn bake(args: &BakeArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> Result<u8, BakeError> {
     let started = Instant::now();
     let mut plan = make_plan(&args.inputs, &args.options, args.animation_layout);
+    plan.ask_for_levels(&args.levels);
+    refuse_many_levels(&plan)?;
     let mut code = say_plan(&plan, talk);
     let outputs: Vec<&Path> = std::iter::once(&args.output).chain(&args.report).map(PathBuf::as_path).collect();
     refuse_twins(&outputs)?;
@@ -135,6 +137,17 @@ fn bake(args: &BakeArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> Result<u8,
         print(out, &json)?;
     }
     Ok(report.exit_code)
+}
+
+/// More discrete levels than a pack holds are refused before anything is baked.
+fn refuse_many_levels(plan: &Plan) -> Result<(), BakeError> {
+    let allowed = crowd_pack::limits::DISCRETE_LEVELS;
+    let many = plan.entries.iter().find(|entry| entry.levels.targets.len() as u64 > allowed);
+    many.map_or(Ok(()), |entry| {
+        let found = entry.levels.targets.len() as u64;
+        let remedy = "ask for fewer with --lod-ratio, --error and --px";
+        Err(BakeError::of(Step::Plan, &entry.name, Cause::Limit { what: "discrete levels", found, allowed, remedy }))
+    })
 }
 
 /// Writes the good characters; none is a failure.
@@ -260,6 +273,9 @@ fn export(args: &ExportArgs, talk: &Talk<'_>) -> Result<u8, BakeError> {
     let opened = open(&args.input, &BakeOptions::default())?;
     let contents = opened.contents();
     let character = Unpacked::new(contents, choose_character(contents, args.character.as_deref())?);
+    if let Some(name) = &args.lod {
+        return export_stored(args, &character, name, talk);
+    }
     let wanted = wanted_levels(args, &character);
     // Whether every target is reached is known before the first file is written.
     let levels: Vec<(LodRecord, PathBuf)> = wanted
@@ -270,7 +286,8 @@ fn export(args: &ExportArgs, talk: &Talk<'_>) -> Result<u8, BakeError> {
         refuse_inputs(path, std::slice::from_ref(&args.input))?;
     }
     for (level, path) in &levels {
-        write_whole(path, &crate::export::export_level(&character, *level))?;
+        let export = if args.refit { crate::export::export_refitted } else { crate::export::export_level };
+        write_whole(path, &export(&character, *level))?;
         talk.note(format_args!(
             "{}: {} triangles, {} vertices",
             path.display(),
@@ -279,6 +296,60 @@ fn export(args: &ExportArgs, talk: &Talk<'_>) -> Result<u8, BakeError> {
         ));
     }
     Ok(DONE)
+}
+
+/// Writes the discrete level of that name, or all of them.
+fn export_stored(args: &ExportArgs, character: &Unpacked<'_>, name: &str, talk: &Talk<'_>) -> Result<u8, BakeError> {
+    let discrete = &character.manifest.discrete;
+    let chosen: Vec<usize> = (0..discrete.len()).filter(|&i| name == "all" || discrete[i].name == name).collect();
+    if chosen.is_empty() {
+        let names: Vec<&str> = discrete.iter().map(|level| level.name.as_str()).collect();
+        let found = if names.is_empty() { "no discrete level".to_owned() } else { names.join(", ") };
+        let cause = Cause::LevelNotFound { asked: name.to_owned(), found };
+        return Err(BakeError::of(Step::ChooseLevel, &character.manifest.name, cause));
+    }
+    if let (true, Some(missed)) = (args.strict, chosen.iter().find(|&&i| !discrete[i].reached)) {
+        return Err(BakeError::of(Step::ChooseLevel, &character.manifest.name, missed_stored(character, *missed)));
+    }
+    for index in chosen {
+        let path = match name {
+            "all" => stored_path(&args.output, &character.manifest.name, &discrete[index].name),
+            _ if args.output.is_dir() => stored_path(&args.output, &character.manifest.name, name),
+            _ => args.output.clone(),
+        };
+        refuse_inputs(&path, std::slice::from_ref(&args.input))?;
+        let level = &character.discrete_levels()[index];
+        if !discrete[index].reached {
+            talk.warn(format_args!("{}: {}", character.manifest.name, missed_stored(character, index)));
+        }
+        write_whole(&path, &crate::export::export_stored(character, level))?;
+        let refitted = if level.is_refit() { ", refitted" } else { "" };
+        talk.note(format_args!("{}: {} triangles{refitted}", path.display(), level.triangle_count));
+    }
+    Ok(DONE)
+}
+
+fn missed_stored(character: &Unpacked<'_>, index: usize) -> Cause {
+    let discrete = &character.manifest.discrete[index];
+    let asked = match discrete.target {
+        ManifestTarget::Ratio(share) => triangle_target(character.record.triangle_count, f64::from(share)),
+        _ => discrete.measured.triangle_count,
+    };
+    Cause::TargetMissed {
+        what: "triangles",
+        asked: asked.into(),
+        coarsest: character.record.min_triangle_count.into(),
+        blocked: character.blocked(),
+    }
+}
+
+/// `OUT.glb` becomes `OUT.lod1.glb`; a folder gets `NAME.lod1.glb`.
+fn stored_path(output: &Path, character: &str, level: &str) -> PathBuf {
+    let ending = format!("{}.glb", file_name(level));
+    if output.is_dir() || output.as_os_str().to_string_lossy().ends_with(['/', '\\']) {
+        return output.join(format!("{}.{ending}", file_name(character)));
+    }
+    output.with_extension(ending)
 }
 
 /// A level asked for, and where it goes.
@@ -457,7 +528,8 @@ fn make_survey(args: &SurveyArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> R
 }
 
 fn print_config(args: &PrintConfigArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u8, BakeError> {
-    let plan = make_plan(&args.inputs, &args.options, None);
+    let mut plan = make_plan(&args.inputs, &args.options, None);
+    plan.ask_for_levels(&args.levels);
     let code = say_plan(&plan, talk);
     print(out, &crate::crowd_toml::write(&plan))?;
     Ok(code)

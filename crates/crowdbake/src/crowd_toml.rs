@@ -1,9 +1,10 @@
 //! Reads and writes `crowd.toml`. Every complaint names its path, as in `characters[1].clips`.
 
 use crate::cli::MOST_CLIP_WEIGHT;
-use crate::plan::{Plan, criteria_name, frames_name};
+use crate::lod_target::LodTarget;
+use crate::plan::{Plan, PlanEntry, criteria_name, frames_name};
 use crowd_lod::{Criteria, FrameChoice};
-use crowd_pack::AnimationLayout;
+use crowd_pack::{AnimationLayout, ManifestTarget};
 use std::path::PathBuf;
 use toml::{Table, Value};
 
@@ -22,6 +23,10 @@ pub struct Settings {
     pub frames: Option<FrameChoice>,
     /// How much clips count.
     pub clip_weights: Option<Vec<(String, f32)>>,
+    /// Discrete levels.
+    pub lods: Option<Vec<LodTarget>>,
+    /// Move their vertices.
+    pub refit: Option<bool>,
 }
 
 /// A manifest.
@@ -47,7 +52,7 @@ fn wrong<T>(key: impl Into<String>, problem: impl Into<String>) -> Result<T, Wro
 }
 
 /// Keys that `[defaults]` and `[[characters]]` share.
-const SETTINGS: [&str; 5] = ["fps", "criteria", "clips", "frames", "clip_weights"];
+const SETTINGS: [&str; 9] = ["fps", "criteria", "clips", "frames", "clip_weights", "lod_ratio", "error", "px", "refit"];
 
 /// Reads a manifest's text.
 pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
@@ -92,6 +97,8 @@ pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
             clips: settings.clips.or_else(|| defaults.clips.clone()),
             frames: settings.frames.or(defaults.frames),
             clip_weights: settings.clip_weights.or_else(|| defaults.clip_weights.clone()),
+            lods: settings.lods.or_else(|| defaults.lods.clone()),
+            refit: settings.refit.or(defaults.refit),
         };
         read.characters.push((PathBuf::from(source), settings));
     }
@@ -139,7 +146,37 @@ fn read_settings(table: &Table, key: &str) -> Result<Settings, Wrong> {
         }
     };
     let (name, clips) = (read_text(table, key, "name")?, read_clips(table, key)?);
-    Ok(Settings { name, fps, criteria, clips, frames, clip_weights: read_clip_weights(table, key)? })
+    let refit = match table.get("refit") {
+        None => None,
+        Some(Value::Boolean(refit)) => Some(*refit),
+        Some(other) => return wrong(format!("{key}.refit"), format!("found {other}, allowed true or false")),
+    };
+    let (clip_weights, lods) = (read_clip_weights(table, key)?, read_lods(table, key)?);
+    Ok(Settings { name, fps, criteria, clips, frames, clip_weights, lods, refit })
+}
+
+/// Discrete levels: `lod_ratio`, then `error`, then `px`, each a list of numbers or of words as on the command line.
+fn read_lods(table: &Table, key: &str) -> Result<Option<Vec<LodTarget>>, Wrong> {
+    type Parse = fn(&str) -> Result<LodTarget, String>;
+    let fields: [(&str, Parse); 3] =
+        [("lod_ratio", LodTarget::parse_ratio), ("error", LodTarget::parse_error), ("px", LodTarget::parse_pixels)];
+    let (mut targets, mut any) = (Vec::new(), false);
+    for (field, parse) in fields {
+        let Some(value) = table.get(field) else { continue };
+        any = true;
+        let Value::Array(items) = value else {
+            return wrong(format!("{key}.{field}"), format!("found {}, allowed a list", kind(value)));
+        };
+        for (index, item) in items.iter().enumerate() {
+            let text = match item {
+                Value::String(text) => text.clone(),
+                other => other.to_string(),
+            };
+            let target = parse(&text).or_else(|problem| wrong(format!("{key}.{field}[{index}]"), problem))?;
+            targets.push(target);
+        }
+    }
+    Ok(any.then_some(targets))
 }
 
 fn read_clip_weights(table: &Table, key: &str) -> Result<Option<Vec<(String, f32)>>, Wrong> {
@@ -213,7 +250,8 @@ pub fn write(plan: &Plan) -> String {
     let mut out = format!(
         "# Paths are relative to this file.\n\n[pack]\nanimation_layout = {}  # 3x4 or 4x4\n\n[defaults]\nfps = {:?}\n\
          criteria = {}  # wedge or peng2011\n# clips = [\"Idle\", \"Walk*\"]  # default: all\n\
-         frames = {}  # auto, all or bind\n# clip_weights = {{ Walk = 2.0 }}  # default: all count alike\n",
+         frames = {}  # auto, all or bind\n# clip_weights = {{ Walk = 2.0 }}  # default: all count alike\n\
+         # lod_ratio = [\"50%\", \"25%\"]  # discrete levels; also error = [\"5mm\"], px = [\"1@240\"], refit = true\n",
         text(layout),
         crate::cli::DEFAULT_FPS,
         text(criteria_name(Criteria::default())),
@@ -239,6 +277,7 @@ pub fn write(plan: &Plan) -> String {
             let weights = entry.clip_weights.iter().map(|(clip, weight)| format!("{} = {weight:?}", text(clip)));
             out.push_str(&format!("clip_weights = {{ {} }}\n", weights.collect::<Vec<_>>().join(", ")));
         }
+        write_lods(&mut out, entry);
     }
     if plan.entries.is_empty() {
         out.push_str(
@@ -248,10 +287,28 @@ pub fn write(plan: &Plan) -> String {
     out
 }
 
+fn write_lods(out: &mut String, entry: &PlanEntry) {
+    let kind = |target: &LodTarget| match target.0 {
+        ManifestTarget::Ratio(_) => "lod_ratio",
+        ManifestTarget::ErrorM(_) | ManifestTarget::ErrorHeight(_) => "error",
+        ManifestTarget::Pixels(..) => "px",
+    };
+    for field in ["lod_ratio", "error", "px"] {
+        let targets = entry.levels.targets.iter().filter(|target| kind(target) == field);
+        let words: Vec<String> = targets.map(|target| Value::String(target.to_string()).to_string()).collect();
+        if !words.is_empty() {
+            out.push_str(&format!("{field} = [{}]\n", words.join(", ")));
+        }
+    }
+    if entry.levels.refit {
+        out.push_str("refit = true\n");
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::PlanEntry;
+    use crate::bake_levels::LevelsAsked;
 
     #[test]
     fn complaints_name_their_path() {
@@ -264,6 +321,10 @@ mod tests {
             ("", "characters"),
             (&format!("{character}frames = 'some'"), "characters[0].frames"),
             (&format!("{character}clip_weights = {{ Walk = -1 }}"), "characters[0].clip_weights.Walk"),
+            (&format!("{character}lod_ratio = [0.5, 25]"), "characters[0].lod_ratio[1]"),
+            (&format!("{character}error = '5mm'"), "characters[0].error"),
+            (&format!("{character}px = ['1@']"), "characters[0].px[0]"),
+            (&format!("{character}refit = 1"), "characters[0].refit"),
             ("[[characters]]\nname = 'x'", "characters[0].source"),
             (&format!("{character}{character}clips = 'Walk'"), "characters[1].clips"),
             (&format!("{character}{character}clips = ['a', 3]"), "characters[1].clips[1]"),
@@ -288,6 +349,15 @@ mod tests {
             clips: Some(vec!["Walk*".to_owned()]),
             frames: FrameChoice::Bind,
             clip_weights: vec![("Run \"fast\"".to_owned(), 0.25), ("Walk".to_owned(), 3.0)],
+            levels: LevelsAsked {
+                targets: vec![
+                    LodTarget::parse_ratio("0.25").unwrap(),
+                    LodTarget::parse_error("5mm").unwrap(),
+                    LodTarget::parse_error("0.5%").unwrap(),
+                    LodTarget::parse_pixels("1@240").unwrap(),
+                ],
+                refit: true,
+            },
             ..PlanEntry::of_file(std::path::Path::new("b.obj"))
         });
         let back = read(&write(&plan)).unwrap();
@@ -298,6 +368,8 @@ mod tests {
         assert_eq!((second.fps, second.criteria), (Some(12.5), Some(Criteria::Peng2011)));
         assert_eq!(second.clips, plan.entries[1].clips);
         assert_eq!(second.frames, Some(FrameChoice::Bind));
+        assert_eq!(second.lods.as_ref(), Some(&plan.entries[1].levels.targets));
+        assert_eq!(second.refit, Some(true));
         assert_eq!(second.clip_weights.as_deref(), Some(&plan.entries[1].clip_weights[..]));
     }
 }

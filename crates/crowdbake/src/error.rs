@@ -12,6 +12,8 @@ pub const USAGE: u8 = 2;
 pub const OUTPUT_FAILED: u8 = 3;
 /// Exit code: a pack does not keep its promises.
 pub const VERIFICATION_FAILED: u8 = 4;
+/// Exit code: with `--strict`, a level asked for is not reached.
+pub const TARGET_MISSED: u8 = 5;
 
 /// The steps of the commands, in the order of a bake; their names stand in reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -31,6 +33,8 @@ pub enum Step {
     Simplify,
     /// Bound every vertex in every frame.
     Bound,
+    /// Choose, measure and store levels.
+    Levels,
     /// Turn results into records.
     Assemble,
     /// Write the output.
@@ -58,6 +62,7 @@ impl Step {
             Self::Quantize => "quantize",
             Self::Simplify => "simplify",
             Self::Bound => "bound",
+            Self::Levels => "levels",
             Self::Assemble => "assemble",
             Self::Write => "write",
             Self::Read => "read",
@@ -102,6 +107,7 @@ impl BakeError {
             | Cause::OutputTwice { .. }
             | Cause::PictureTooLarge { .. } => USAGE,
             Cause::ChecksFailed { .. } => VERIFICATION_FAILED,
+            Cause::TargetMissed { .. } => TARGET_MISSED,
             _ => INPUT_REFUSED,
         }
     }
@@ -171,6 +177,14 @@ pub enum Cause {
     CharacterNeeded {
         /// How many.
         count: usize,
+        /// The names there are.
+        found: String,
+    },
+    /// No level of that name in the pack.
+    #[error("level `{asked}`: the pack stores {found}; store some with bake --lod-ratio, --error or --px")]
+    LevelNotFound {
+        /// Name asked for.
+        asked: String,
         /// The names there are.
         found: String,
     },

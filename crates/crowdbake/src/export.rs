@@ -2,8 +2,12 @@
 
 use crate::gather_primitives::{Primitive, gather_primitives};
 use crate::glb::GlbBuffer;
+use crate::ordered_mesh::OrderedMesh;
 use crate::unpack::Unpacked;
-use crowd_pack::{LodRecord, ManifestClip, ManifestTrack, MaterialRecord, NONE, VertexRecord, material_flags};
+use crowd_lod::{Level, LodPoses, RefitOptions};
+use crowd_pack::{
+    LevelRecord, LodRecord, ManifestClip, ManifestTrack, MaterialRecord, NONE, VertexRecord, material_flags,
+};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,9 +15,38 @@ const IDENTITY: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1
 
 /// The bytes of a `.glb` with that level of the character.
 pub fn export_level(character: &Unpacked<'_>, level: LodRecord) -> Vec<u8> {
+    export_mesh(character, character.vertices, &character.level_triangles(level), level)
+}
+
+/// The bytes of a `.glb` with that level, its vertices moved to where they lie closest to full detail over all frames.
+pub fn export_refitted(character: &Unpacked<'_>, level: LodRecord) -> Vec<u8> {
+    let mesh = OrderedMesh::of_pack(character);
+    let palettes: Vec<_> = (0..character.clips.len()).flat_map(|clip| character.palettes(clip)).collect();
+    let frame_counts: Vec<u32> = character.clips.iter().map(|clip| clip.frame_count).collect();
+    let frame_weights = crate::views::frame_weights(&frame_counts);
+    let poses = LodPoses { palettes: &palettes, joint_count: character.joint_count(), frame_weights: &frame_weights };
+    let counts = Level { vertex_count: level.vertex_count, triangle_count: level.triangle_count, error_m: 0.0 };
+    let refitted = crowd_lod::refit(&mesh.mesh(), &poses, &mesh.order, &counts, &RefitOptions::default());
+    let records = mesh.refit_records(&refitted);
+    export_mesh(character, &records, &refitted.triangles, level)
+}
+
+/// The bytes of a `.glb` with a level as the pack stores it: its table, and its own vertices where it has some.
+pub fn export_stored(character: &Unpacked<'_>, level: &LevelRecord) -> Vec<u8> {
+    let counts = LodRecord { vertex_count: level.vertex_count, triangle_count: level.triangle_count };
+    export_mesh(character, character.level_vertices(level), &character.table_triangles(level), counts)
+}
+
+/// `vertices`: those that `triangles` index; `level` is what the file says about itself.
+fn export_mesh(
+    character: &Unpacked<'_>,
+    vertices: &[VertexRecord],
+    triangles: &[[u32; 3]],
+    level: LodRecord,
+) -> Vec<u8> {
     let mut buffer = GlbBuffer::default();
-    let vertex_materials: Vec<u32> = character.vertices.iter().map(VertexRecord::material).collect();
-    let primitives = gather_primitives(&character.level_triangles(level), &vertex_materials);
+    let vertex_materials: Vec<u32> = vertices.iter().map(VertexRecord::material).collect();
+    let primitives = gather_primitives(triangles, &vertex_materials);
     let used: Vec<u32> = primitives.iter().map(|primitive| primitive.material).collect();
     let mut document = Map::new();
 
@@ -23,7 +56,7 @@ pub fn export_level(character: &Unpacked<'_>, level: LodRecord) -> Vec<u8> {
     let meshes: Vec<Value> = primitives
         .iter()
         .enumerate()
-        .map(|(index, primitive)| primitive_json(character, primitive, index, skinned, &mut buffer))
+        .map(|(index, primitive)| primitive_json(character, vertices, primitive, index, skinned, &mut buffer))
         .collect();
     document.insert("meshes".into(), json!([{ "name": character.manifest.name, "primitives": meshes }]));
     document.insert("materials".into(), Value::Array(materials));
@@ -58,13 +91,14 @@ fn needs_skin(character: &Unpacked<'_>) -> bool {
 
 fn primitive_json(
     character: &Unpacked<'_>,
+    vertices: &[VertexRecord],
     primitive: &Primitive,
     material: usize,
     skinned: bool,
     buffer: &mut GlbBuffer,
 ) -> Value {
     let record = &character.materials[primitive.material as usize];
-    let vertices: Vec<&VertexRecord> = primitive.vertices.iter().map(|&v| &character.vertices[v as usize]).collect();
+    let vertices: Vec<&VertexRecord> = primitive.vertices.iter().map(|&v| &vertices[v as usize]).collect();
     let mut attributes = Map::new();
     let mut set = |name: &str, accessor: usize| attributes.insert(name.to_owned(), json!(accessor));
 

@@ -2,11 +2,14 @@
 
 use crate::bake::warning_sentence;
 use crate::error::{BakeError, Cause, Step};
+use crate::lod_target::LodTarget;
 use crate::report::SCHEMA_VERSION;
 use crate::unpack::Unpacked;
 use crate::views;
 use crowd_lod::{LodMesh, SeamReport};
-use crowd_pack::{AnimationLayout, ManifestSeams, PackContents};
+use crowd_pack::{
+    AnimationLayout, LevelRecord, ManifestCharacter, ManifestMeasured, ManifestSeams, PackContents, VertexRecord,
+};
 use crowd_source::{Limits, RawCharacter};
 use serde::Serialize;
 use std::fmt::Write;
@@ -68,8 +71,12 @@ pub struct CharacterInspection {
     pub materials: Vec<MaterialInspection>,
     /// Parts of the source.
     pub parts: Vec<PartInspection>,
-    /// Levels measured against full detail, coarsest first; of packs only.
+    /// Quantised levels, measured against full detail, coarsest first; of packs only.
     pub measured: Vec<MeasuredInspection>,
+    /// Discrete levels, finest first; of packs only.
+    pub discrete: Vec<DiscreteInspection>,
+    /// Bytes of the index tables and refitted vertices; of packs only.
+    pub table_bytes: Option<u64>,
     /// What keeps the coarsest level from going further; of packs only.
     pub blocked: Option<Blocked>,
     /// Warnings.
@@ -153,6 +160,34 @@ pub struct MeasuredInspection {
     pub max_m: f32,
     /// Clip of the largest.
     pub max_clip: String,
+    /// Frame of the largest within its clip.
+    pub max_frame: u32,
+    /// What no distance exceeds in any frame, metres.
+    pub bound_m: f32,
+    /// The same in pixels where the character is 720 pixels high on the screen.
+    pub bound_px: f32,
+    /// Texture drift that 95 % of the surface stays below, texels.
+    pub uv_drift_p95_texels: f32,
+    /// Mean angle between normals, degrees.
+    pub normal_mean_deg: f32,
+    /// Share of the surface that has come out through a layer which covers it at full detail.
+    pub poked_share: f32,
+}
+
+/// A discrete level.
+#[derive(Debug, Serialize)]
+pub struct DiscreteInspection {
+    /// Its name, as `export --lod` takes it.
+    pub name: String,
+    /// What was asked for, in words.
+    pub target: String,
+    /// False where even the coarsest level has more triangles.
+    pub reached: bool,
+    /// Has vertices of its own.
+    pub refitted: bool,
+    /// What it is.
+    #[serde(flatten)]
+    pub measured: MeasuredInspection,
 }
 
 /// Positions that cannot move at the coarsest level.
@@ -210,12 +245,14 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
         triangles: part.triangle_count,
         rigid: part.rigid,
     });
-    let measured = manifest.measured.iter().map(|level| MeasuredInspection {
-        vertices: level.vertex_count,
-        triangles: level.triangle_count,
-        rms_m: level.rms_m,
-        max_m: level.max_m,
-        max_clip: manifest.clips.get(level.max_clip as usize).map(|clip| clip.name.clone()).unwrap_or_default(),
+    let measured = manifest.measured.iter().map(|level| inspect_measured(manifest, level));
+    let stored = character.discrete_levels();
+    let discrete = manifest.discrete.iter().zip(stored).map(|(discrete, level)| DiscreteInspection {
+        name: discrete.name.clone(),
+        target: LodTarget(discrete.target).words(),
+        reached: discrete.reached,
+        refitted: level.is_refit(),
+        measured: inspect_measured(manifest, &discrete.measured),
     });
     let b = manifest.blocked;
     CharacterInspection {
@@ -235,9 +272,35 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
         materials: materials.collect(),
         parts: parts.collect(),
         measured: measured.collect(),
+        discrete: discrete.collect(),
+        table_bytes: Some(table_bytes(character)),
         blocked: Some(Blocked { fixed: b.fixed, seam: b.seam, topology: b.topology, flip: b.flip }),
         warnings: manifest.warnings.clone(),
     }
+}
+
+fn inspect_measured(manifest: &ManifestCharacter, level: &ManifestMeasured) -> MeasuredInspection {
+    MeasuredInspection {
+        vertices: level.vertex_count,
+        triangles: level.triangle_count,
+        rms_m: level.rms_m,
+        max_m: level.max_m,
+        max_clip: manifest.clips.get(level.max_clip as usize).map(|clip| clip.name.clone()).unwrap_or_default(),
+        max_frame: level.max_frame,
+        bound_m: level.bound_m,
+        bound_px: level.bound_px,
+        uv_drift_p95_texels: level.uv_drift_p95_texels,
+        normal_mean_deg: level.normal_mean_deg,
+        poked_share: level.poked_share,
+    }
+}
+
+fn table_bytes(character: &Unpacked<'_>) -> u64 {
+    let bytes = |level: &LevelRecord| {
+        let own = if level.is_refit() { u64::from(level.vertex_count) * size_of::<VertexRecord>() as u64 } else { 0 };
+        u64::from(level.triangle_count) * 3 * u64::from(level.index_bytes) + own
+    };
+    character.quantized_levels().iter().chain(character.discrete_levels()).map(bytes).sum()
 }
 
 /// Looks into an asset without baking it.
@@ -328,6 +391,8 @@ fn inspect_raw(raw: &RawCharacter, seams: &SeamReport, path: &Path) -> Character
         materials: materials.collect(),
         parts: parts.collect(),
         measured: Vec::new(),
+        discrete: Vec::new(),
+        table_bytes: None,
         blocked: None,
         warnings: raw.warnings.iter().map(warning_sentence).collect(),
     }
@@ -441,23 +506,56 @@ fn write_character(out: &mut String, character: &CharacterInspection) {
         }
         out.push('\n');
     }
-    if !c.measured.is_empty() {
-        let _ = writeln!(out, "  measured      triangles  vertices     rms mm     max mm  worst clip");
-        for level in &c.measured {
-            let _ = writeln!(
-                out,
-                "                {:>9}  {:>8}  {:>9.3}  {:>9.3}  {}",
-                level.triangles,
-                level.vertices,
-                level.rms_m * 1e3,
-                level.max_m * 1e3,
-                level.max_clip
-            );
-        }
-    }
+    write_levels(out, c);
     for warning in &c.warnings {
         let _ = writeln!(out, "  warning       {warning}");
     }
+}
+
+/// Rows of quantised levels that the table for people shows, spread over all; JSON has all of them.
+const SHOWN_LEVELS: usize = 16;
+
+fn write_levels(out: &mut String, c: &CharacterInspection) {
+    let Some(table_bytes) = c.table_bytes else { return };
+    let _ = writeln!(
+        out,
+        "  levels        {} quantised, {} discrete, {} bytes of tables",
+        c.measured.len(),
+        c.discrete.len(),
+        grouped(table_bytes)
+    );
+    let _ = writeln!(
+        out,
+        "                {:>9} {:>8} {:>8} {:>8} {:>8} {:>7} {:>7} {:>6} {:>6}  worst",
+        "triangles", "vertices", "rms mm", "max mm", "bound mm", "px@720", "texels", "deg", "poked",
+    );
+    for discrete in &c.discrete {
+        let _ = write!(out, "                {}", level_row(&discrete.measured));
+        let refitted = if discrete.refitted { ", refitted" } else { "" };
+        let missed = if discrete.reached { "" } else { ", not reached" };
+        let _ = writeln!(out, "; {}: {}{refitted}{missed}", discrete.name, discrete.target);
+    }
+    let step = c.measured.len().div_ceil(SHOWN_LEVELS).max(1);
+    for level in c.measured.iter().rev().step_by(step) {
+        let _ = writeln!(out, "                {}", level_row(level));
+    }
+}
+
+fn level_row(level: &MeasuredInspection) -> String {
+    let found = level.max_m > 0.0;
+    let worst = if found { format!("{}:{}", level.max_clip, level.max_frame) } else { "-".to_owned() };
+    format!(
+        "{:>9} {:>8} {:>8.3} {:>8.3} {:>8.3} {:>7.2} {:>7.2} {:>6.2} {:>5.2}%  {worst}",
+        level.triangles,
+        level.vertices,
+        level.rms_m * 1e3,
+        level.max_m * 1e3,
+        level.bound_m * 1e3,
+        level.bound_px,
+        level.uv_drift_p95_texels,
+        level.normal_mean_deg,
+        level.poked_share * 100.0,
+    )
 }
 
 /// Digits in groups of three.

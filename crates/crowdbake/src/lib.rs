@@ -6,6 +6,7 @@
 mod appearance;
 pub mod assemble;
 pub mod bake;
+pub mod bake_levels;
 pub mod cli;
 mod commands;
 pub mod compare;
@@ -16,6 +17,9 @@ mod gather_primitives;
 mod glb;
 pub mod inspect;
 mod label;
+pub mod lod_target;
+pub mod measure_levels;
+pub mod ordered_mesh;
 mod output;
 mod paint_error;
 pub mod picture;

@@ -1,6 +1,7 @@
 //! The meanings: which characters a command line names, and how each is to be baked.
 
-use crate::cli::{BakeOptions, CriteriaWord, DEFAULT_FPS, FramesWord, LayoutWord};
+use crate::bake_levels::LevelsAsked;
+use crate::cli::{BakeOptions, CriteriaWord, DEFAULT_FPS, FramesWord, LayoutWord, LevelOptions};
 use crate::crowd_toml::{self, Settings};
 use crate::error::{BakeError, Cause, Step};
 use crowd_lod::{Criteria, FrameChoice};
@@ -43,6 +44,8 @@ pub struct PlanEntry {
     pub frames: FrameChoice,
     /// Names or patterns of clips and how much each counts; where several match, their product.
     pub clip_weights: Vec<(String, f32)>,
+    /// Discrete levels.
+    pub levels: LevelsAsked,
 }
 
 impl PlanEntry {
@@ -128,6 +131,20 @@ pub fn make_plan(inputs: &[PathBuf], options: &BakeOptions, layout: Option<Layou
         };
     }
     plan
+}
+
+impl Plan {
+    /// Lets the command line say which discrete levels to store: its targets win over those of manifests, and `--refit` adds.
+    pub fn ask_for_levels(&mut self, options: &LevelOptions) {
+        let targets: Vec<_> =
+            [&options.lod_ratio, &options.error, &options.px].into_iter().flatten().copied().collect();
+        for entry in &mut self.entries {
+            if !targets.is_empty() {
+                entry.levels.targets.clone_from(&targets);
+            }
+            entry.levels.refit |= options.refit;
+        }
+    }
 }
 
 /// The name of criteria in manifests, packs and reports.
@@ -261,6 +278,10 @@ fn entry_of(found: Found, options: &BakeOptions) -> PlanEntry {
         clips: options.clips.clone().or(found.settings.clips),
         frames: frames.or(found.settings.frames).unwrap_or_default(),
         clip_weights: clip_weights.or(found.settings.clip_weights).unwrap_or_default(),
+        levels: LevelsAsked {
+            targets: found.settings.lods.unwrap_or_default(),
+            refit: found.settings.refit.unwrap_or_default(),
+        },
         path: found.path,
     }
 }

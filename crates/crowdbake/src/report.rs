@@ -1,12 +1,13 @@
-//! What a bake did, as JSON: steps and their seconds, counts before and after, warnings. Schema 1.
+//! What a bake did, as JSON: steps and their seconds, counts before and after, warnings. Schema 2.
 
 use crate::bake::{BakedCharacter, StepTime};
+use crate::bake_levels::BakedLevel;
 use crate::error::BakeError;
 use crate::plan::{Plan, PlanEntry, criteria_name, frames_name};
 use serde::Serialize;
 
 /// Version of every JSON document this program prints; a change that could break a reader raises it.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// The report of a bake.
 #[derive(Debug, Serialize)]
@@ -78,8 +79,12 @@ pub struct CharacterReport {
     pub animation: Option<AnimationCounts>,
     /// Which frames counted, and how well they stood for all.
     pub frames: FramesReport,
-    /// Levels that were measured, coarsest first.
+    /// Quantised levels, coarsest first.
     pub measured: Vec<MeasuredReport>,
+    /// Discrete levels, finest first.
+    pub discrete: Vec<DiscreteReport>,
+    /// Positions that cannot move at the coarsest level, by what holds them.
+    pub blocked: Option<BlockedReport>,
     /// Import and bake warnings.
     pub warnings: Vec<WarningReport>,
 }
@@ -132,6 +137,57 @@ pub struct MeasuredReport {
     pub rms_m: f32,
     /// Largest distance, metres.
     pub max_m: f32,
+    /// What no distance exceeds, metres.
+    pub bound_m: f32,
+    /// Texture drift that 95 % of the surface stays below, texels.
+    pub uv_drift_p95_texels: f32,
+    /// Mean angle between normals, degrees.
+    pub normal_mean_deg: f32,
+    /// Share of the surface that has come out through a layer which covers it at full detail.
+    pub poked_share: f32,
+}
+
+/// A discrete level.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DiscreteReport {
+    /// Name in the pack.
+    pub name: String,
+    /// What was asked for, in words.
+    pub target: String,
+    /// False where even the coarsest level has more triangles.
+    pub reached: bool,
+    /// Has vertices of its own.
+    pub refitted: bool,
+    /// What it is.
+    #[serde(flatten)]
+    pub measured: MeasuredReport,
+}
+
+/// Positions that cannot move at the coarsest level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct BlockedReport {
+    /// On an open border or of class fixed.
+    pub fixed: u32,
+    /// On a seam without a partner.
+    pub seam: u32,
+    /// Link condition.
+    pub topology: u32,
+    /// Flipped triangle.
+    pub flip: u32,
+}
+
+fn measured_report(level: &BakedLevel) -> MeasuredReport {
+    let error = &level.error.surface;
+    MeasuredReport {
+        vertices: level.vertex_count,
+        triangles: (level.indices.len() / 3) as u32,
+        rms_m: error.rms_m,
+        max_m: error.max_m,
+        bound_m: error.bound_m,
+        uv_drift_p95_texels: error.uv_drift_p95_texels,
+        normal_mean_deg: error.normal_mean_deg,
+        poked_share: level.error.poked_share,
+    }
 }
 
 /// A warning.
@@ -171,6 +227,8 @@ impl CharacterReport {
                 holds: None,
             },
             measured: Vec::new(),
+            discrete: Vec::new(),
+            blocked: None,
             warnings: Vec::new(),
         };
         match result {
@@ -206,13 +264,21 @@ impl CharacterReport {
             worst_ratio: order.frames.check.map(|check| check.worst_ratio),
             holds: order.frames.check.map(|check| check.holds),
         };
-        let measured = order.measured.iter().map(|level| MeasuredReport {
-            vertices: level.vertex_count,
-            triangles: level.triangle_count,
-            rms_m: level.error.rms_m,
-            max_m: level.error.max_m,
+        self.measured = baked.levels.quantized.iter().map(measured_report).collect();
+        let discrete = baked.levels.discrete.iter().map(|discrete| DiscreteReport {
+            name: discrete.name.clone(),
+            target: discrete.target.words(),
+            reached: discrete.reached,
+            refitted: discrete.level.own.is_some(),
+            measured: measured_report(&discrete.level),
         });
-        self.measured = measured.collect();
+        self.discrete = discrete.collect();
+        self.blocked = Some(BlockedReport {
+            fixed: order.blocked.fixed,
+            seam: order.blocked.seam,
+            topology: order.blocked.topology,
+            flip: order.blocked.flip,
+        });
         let warnings = baked.warnings.iter().map(|warning| WarningReport {
             code: warning.code,
             place: warning.place.clone(),

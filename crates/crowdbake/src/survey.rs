@@ -1,6 +1,7 @@
 //! Bakes every asset under both criteria and writes what became of it: the table of `docs/REAL_ASSETS.md`.
 
 use crate::bake::{BakedCharacter, bake_character, warning_sentence};
+use crate::bake_levels::BakedLevel;
 use crate::cli::Paint;
 use crate::error::BakeError;
 use crate::inspect::grouped;
@@ -99,11 +100,11 @@ fn measure(entry: &PlanEntry) -> Result<(Measurements, PackContents), BakeError>
 /// Largest distance of the measured level nearest to a share of the triangles, in percent of the height.
 fn error_near(baked: &BakedCharacter, ratio: f64) -> Option<f32> {
     let full = f64::from(baked.order.levels.last()?.triangle_count);
-    let far = |triangles: u32| libm::fabs(libm::log(f64::from(triangles.max(1)) / (full * ratio)));
-    let level = baked.order.measured.iter().min_by(|a, b| far(a.triangle_count).total_cmp(&far(b.triangle_count)))?;
+    let far = |level: &BakedLevel| libm::fabs(libm::log((level.indices.len() / 3).max(1) as f64 / (full * ratio)));
+    let level = baked.levels.quantized.iter().min_by(|a, b| far(a).total_cmp(&far(b)))?;
     // Levels lie about a fifth apart; a mesh that does not reach down has none near.
-    let near = far(level.triangle_count) < 0.35 && baked.height_m > 0.0;
-    near.then(|| 100.0 * level.error.max_m / baked.height_m)
+    let near = far(level) < 0.35 && baked.height_m > 0.0;
+    near.then(|| 100.0 * level.error.surface.max_m / baked.height_m)
 }
 
 /// Levels at rest and in two clips: where an asset walks or runs, that.

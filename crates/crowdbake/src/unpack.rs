@@ -6,8 +6,8 @@ use crate::error::{BakeError, Cause, Step};
 use crate::plan::PlanEntry;
 use crate::pose::Mat3x4;
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, LodRecord, MAGIC, ManifestCharacter, MaterialRecord, Pack,
-    PackContents, VertexRecord,
+    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, MAGIC, ManifestCharacter,
+    MaterialRecord, Pack, PackContents, VertexRecord,
 };
 use glam::{Mat4, Quat, Vec3};
 use std::io::Read;
@@ -107,6 +107,7 @@ pub struct Unpacked<'a> {
     pub joints: Vec<[u16; 4]>,
     /// Weights.
     pub weights: Vec<[f32; 4]>,
+    index: usize,
 }
 
 impl<'a> Unpacked<'a> {
@@ -129,6 +130,46 @@ impl<'a> Unpacked<'a> {
             normals: vertices.iter().map(VertexRecord::normal).collect(),
             joints: vertices.iter().map(VertexRecord::joint_indices).collect(),
             weights: vertices.iter().map(VertexRecord::weights_f32).collect(),
+            index,
+        }
+    }
+
+    /// Levels in geometric steps, coarsest first.
+    pub fn quantized_levels(&self) -> &'a [LevelRecord] {
+        let set = self.level_set();
+        &self.contents.levels[set.level_offset as usize..][..set.quantized_count as usize]
+    }
+
+    /// Levels that someone asked for, finest first; parallel to the manifest's `discrete`.
+    pub fn discrete_levels(&self) -> &'a [LevelRecord] {
+        let set = self.level_set();
+        let first = (set.level_offset + set.quantized_count) as usize;
+        &self.contents.levels[first..][..set.discrete_count as usize]
+    }
+
+    fn level_set(&self) -> &'a LevelSetRecord {
+        &self.contents.level_sets[self.index]
+    }
+
+    /// The triangles of a level's index table, in the order drawn.
+    pub fn table_triangles(&self, level: &LevelRecord) -> Vec<[u32; 3]> {
+        let range = level.index_offset as usize..level.index_offset as usize + level.triangle_count as usize * 3;
+        match level.index_bytes {
+            2 => {
+                let indices = self.contents.indices_16[range].as_chunks::<3>().0;
+                indices.iter().map(|corners| corners.map(u32::from)).collect()
+            }
+            _ => self.contents.indices_32[range].as_chunks::<3>().0.to_vec(),
+        }
+    }
+
+    /// The vertices that a level's indices go to.
+    pub fn level_vertices(&self, level: &LevelRecord) -> &'a [VertexRecord] {
+        let count = level.vertex_count as usize;
+        if level.is_refit() {
+            &self.contents.refit_vertices[level.refit_vertex_offset as usize..][..count]
+        } else {
+            &self.vertices[..count]
         }
     }
 

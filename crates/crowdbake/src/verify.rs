@@ -1,12 +1,12 @@
-//! Checks that a pack keeps its promises: levels, companions, bounds, images, measured errors.
+//! Checks that a pack keeps its promises: levels, companions, bounds, images, index tables, measured errors.
 //!
 //! That the bytes are whole and the records agree with each other was checked on opening; here levels are rebuilt.
 
+use crate::measure_levels::{LevelShape, MeasuredFrames, measure_levels};
+use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crate::pose::{Mat3x4, pose_positions};
 use crate::unpack::Unpacked;
-use crate::views::frame_weights;
-use crowd_lod::LodPoses;
-use crowd_pack::{LodRecord, PackContents, vertex_class};
+use crowd_pack::{LevelRecord, LodRecord, ManifestMeasured, PackContents, vertex_class};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -17,6 +17,9 @@ const SPLIT_SLACK: f32 = 1e-4;
 /// Measured errors may differ by this share, and this share of the height: the same points and frames are measured, but
 /// on palettes that the split layout rounds differently.
 const ERROR_SLACK: f32 = 0.02;
+
+/// Points a side and frame that a pack may ask to be measured on: what a bake uses is far below.
+const MOST_SAMPLES: u32 = 10_000;
 
 /// One promise, looked at.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -42,6 +45,7 @@ pub fn verify(contents: &PackContents, level_count: usize) -> Vec<Check> {
             ("companions-stay-together", check_companions(&character, &levels)),
             ("no-new-open-edges", check_open_edges(&character, &levels)),
             ("bounds-hold-every-frame", check_bounds(&character)),
+            ("tables-hold-the-levels", check_tables(&character)),
             ("errors-measure-again", check_errors(&character)),
         ] {
             let (passed, detail) = match result {
@@ -230,60 +234,99 @@ fn check_bounds(character: &Unpacked<'_>) -> Result<String, String> {
     Ok(format!("{} vertices in {frames} frames", character.vertices.len()))
 }
 
-fn check_errors(character: &Unpacked<'_>) -> Result<String, String> {
-    let manifest = character.manifest;
-    let frame_counts: Vec<u32> = character.clips.iter().map(|clip| clip.frame_count).collect();
-    let frames = crowd_lod::measured_frames(&frame_weights(&frame_counts), manifest.measured_frames);
-    let palettes = palettes_of(character, &frames);
-    let poses = LodPoses {
-        palettes: &palettes,
-        joint_count: character.joint_count(),
-        frame_weights: &vec![1.0 / frames.len() as f32; frames.len()],
-    };
-    let floor_m = 1e-5 * character.record.height_m.max(character.record.sphere[3]);
-    let mut largest = 0.0_f32;
-    for measured in &manifest.measured {
-        let level = LodRecord { vertex_count: measured.vertex_count, triangle_count: measured.triangle_count };
-        let again = crowd_lod::measure_level(
-            &character.positions,
-            &character.joints,
-            &character.weights,
-            character.triangles,
-            &character.level_triangles(level),
-            &poses,
-            manifest.samples_per_frame,
-        );
-        for (what, promised, found) in
-            [("RMS", measured.rms_m, again.rms_m), ("largest distance", measured.max_m, again.max_m)]
-        {
-            if !within((promised - found).abs(), ERROR_SLACK * promised + floor_m) {
-                return Err(format!(
-                    "level of {} vertices: {what} is {found} m, the manifest says {promised} m",
-                    measured.vertex_count
-                ));
-            }
-            largest = largest.max((promised - found).abs());
+/// Index tables hold the triangles that reforming gives; refitted levels are meshes.
+fn check_tables(character: &Unpacked<'_>) -> Result<String, String> {
+    let levels: Vec<&LevelRecord> = character.quantized_levels().iter().chain(character.discrete_levels()).collect();
+    levels.par_iter().enumerate().try_for_each(|(number, level)| {
+        let table = character.table_triangles(level);
+        if let Some(odd) = table.iter().find(|[a, b, c]| a == b || b == c || c == a) {
+            return Err(format!("table {number}: {odd:?} has two equal corners"));
         }
-    }
-    Ok(format!("{} levels on {} frames, at most {largest:.2e} m apart", manifest.measured.len(), frames.len()))
+        let counts = LodRecord { vertex_count: level.vertex_count, triangle_count: level.triangle_count };
+        if !level.is_refit() && as_set(&table) != as_set(&character.level_triangles(counts)) {
+            return Err(format!(
+                "table {number}: other triangles than the level of {} vertices has",
+                level.vertex_count
+            ));
+        }
+        Ok(())
+    })?;
+    Ok(format!("{} tables", levels.len()))
 }
 
-/// Palettes of some frames, counted over all clips; `frames` rising.
-fn palettes_of(character: &Unpacked<'_>, frames: &[usize]) -> Vec<Mat3x4> {
-    let wanted: BTreeSet<usize> = frames.iter().copied().collect();
+/// Triangles from their least corner on, sorted.
+fn as_set(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    let turn = |&[a, b, c]: &[u32; 3]| match a.min(b).min(c) {
+        least if least == a => [a, b, c],
+        least if least == b => [b, c, a],
+        _ => [c, a, b],
+    };
+    let mut turned: Vec<[u32; 3]> = triangles.iter().map(turn).collect();
+    turned.sort_unstable();
+    turned
+}
+
+/// The levels measured again, on the frames that the manifest names.
+fn check_errors(character: &Unpacked<'_>) -> Result<String, String> {
+    let manifest = character.manifest;
+    let measuring = &manifest.measuring;
+    let frames = MeasuredFrames { mean: measuring.mean_frames.clone(), worst: measuring.worst_frames.clone() };
+    let mesh = OrderedMesh::of_pack(character);
+    let shape = |level: &LevelRecord| {
+        if level.is_refit() {
+            LevelShape::Own(DecodedVertices::new(character.level_vertices(level)), character.table_triangles(level))
+        } else {
+            let counts = LodRecord { vertex_count: level.vertex_count, triangle_count: level.triangle_count };
+            LevelShape::Shared(character.level_triangles(counts))
+        }
+    };
+    let stored = character.quantized_levels().iter().chain(character.discrete_levels());
+    let shapes: Vec<LevelShape> = stored.map(shape).collect();
+    let promised: Vec<&ManifestMeasured> =
+        manifest.measured.iter().chain(manifest.discrete.iter().map(|discrete| &discrete.measured)).collect();
+    let palettes = palettes_of(character, &frames);
+    let samples = measuring.samples_per_frame.min(MOST_SAMPLES);
+    let found = measure_levels(&mesh, &shapes, &frames, &palettes, character.joint_count(), samples);
+    let floor_m = 1e-5 * character.record.height_m.max(character.record.sphere[3]);
+    let mut largest = 0.0_f32;
+    for (promised, found) in promised.iter().zip(&found) {
+        for (what, promised_m, found_m) in
+            [("RMS", promised.rms_m, found.rms_m), ("largest distance", promised.max_m, found.max_m)]
+        {
+            if !within((promised_m - found_m).abs(), ERROR_SLACK * promised_m + floor_m) {
+                return Err(format!(
+                    "level of {} vertices: {what} is {found_m} m, the manifest says {promised_m} m",
+                    promised.vertex_count
+                ));
+            }
+            largest = largest.max((promised_m - found_m).abs());
+        }
+        if !within(found.bound_m, promised.bound_m * (1.0 + ERROR_SLACK) + floor_m) {
+            return Err(format!(
+                "level of {} vertices: the bound is {} m, the manifest says {} m",
+                promised.vertex_count, found.bound_m, promised.bound_m
+            ));
+        }
+    }
+    Ok(format!("{} levels on {} frames, at most {largest:.2e} m apart", promised.len(), frames.all().count()))
+}
+
+/// Palettes of the frames measured, in their order.
+fn palettes_of(character: &Unpacked<'_>, frames: &MeasuredFrames) -> Vec<Mat3x4> {
     let joint_count = character.joint_count();
-    let (mut palettes, mut first) = (Vec::new(), 0);
+    let wanted: BTreeSet<usize> = frames.all().map(|frame| frame as usize).collect();
+    let (mut by_frame, mut first) = (BTreeMap::new(), 0);
     for (index, clip) in character.clips.iter().enumerate() {
         let end = first + clip.frame_count as usize;
         if wanted.range(first..end).next().is_some() {
             let all = character.palettes(index);
-            for frame in wanted.range(first..end) {
-                palettes.extend_from_slice(&all[(frame - first) * joint_count..][..joint_count]);
+            for &frame in wanted.range(first..end) {
+                by_frame.insert(frame, all[(frame - first) * joint_count..][..joint_count].to_vec());
             }
         }
         first = end;
     }
-    palettes
+    frames.all().flat_map(|frame| by_frame.get(&(frame as usize)).cloned().unwrap_or_default()).collect()
 }
 
 #[cfg(test)]

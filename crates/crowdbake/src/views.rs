@@ -72,19 +72,30 @@ pub struct QuantizedMesh {
 pub(crate) fn quantize(mesh: &RawMesh) -> QuantizedMesh {
     let mut out = QuantizedMesh { positions: mesh.positions.clone(), ..QuantizedMesh::default() };
     for vertex in 0..mesh.positions.len() {
-        let (joints, weights) = merge_repeated(mesh.joints[vertex], mesh.weights[vertex]);
-        let stored = crowd_pack::quantize_weights(weights);
-        let weights = std::array::from_fn(|slot| if stored[slot] == 0 { 0.0 } else { weights[slot] });
-        let (joints, weights) = order_by_joint(joints, weights);
-        let color = mesh.colors[vertex].map(|channel| f32::from(channel) / 255.0);
-        let (position, uv) = (mesh.positions[vertex], mesh.uvs[vertex]);
-        let record = VertexRecord::new(position, mesh.normals[vertex], uv, color, 0, 0, joints, weights);
+        let (position, normal, uv) = (mesh.positions[vertex], mesh.normals[vertex], mesh.uvs[vertex]);
+        let shape = quantize_vertex(position, normal, uv, mesh.joints[vertex], mesh.weights[vertex]);
+        let record = VertexRecord { color: u32::from_le_bytes(mesh.colors[vertex]), ..shape };
         out.normals.push(record.normal());
         out.joints.push(record.joint_indices());
         out.weights.push(record.weights_f32());
         out.records.push(record);
     }
     out
+}
+
+/// A white vertex rounded to its record; material and class are left to whoever knows them.
+pub(crate) fn quantize_vertex(
+    position: [f32; 3],
+    normal: [f32; 3],
+    uv: [f32; 2],
+    joints: [u16; 4],
+    weights: [f32; 4],
+) -> VertexRecord {
+    let (joints, weights) = merge_repeated(joints, weights);
+    let stored = crowd_pack::quantize_weights(weights);
+    let weights = std::array::from_fn(|slot| if stored[slot] == 0 { 0.0 } else { weights[slot] });
+    let (joints, weights) = order_by_joint(joints, weights);
+    VertexRecord::new(position, normal, uv, [1.0; 4], 0, 0, joints, weights)
 }
 
 /// Influences by joint, those without weight last: the vertices on the two sides of a seam then add the same numbers in the

@@ -1,0 +1,185 @@
+//! The levels that a pack stores beside the continuous order: quantised ones in geometric steps, discrete ones that someone asked
+//! for, each with an index table in cache order and measured.
+
+use crate::lod_target::LodTarget;
+use crate::measure_levels::{LevelError, LevelShape, MeasuredFrames, SAMPLES_PER_FRAME, measure_levels, poked_shares};
+use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
+use crate::pose::Mat3x4;
+use crate::unpack::triangle_target;
+use crowd_lod::{Level, LodPoses, RefitOptions, SurfaceError, geometric_levels, refit};
+use crowd_pack::{ManifestTarget, VertexRecord, limits};
+use rayon::prelude::*;
+
+/// A level with its table.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BakedLevel {
+    /// Vertices that the indices go up to: a prefix, or its own.
+    pub vertex_count: u32,
+    /// Three indices a triangle, in an order that suits a vertex cache.
+    pub indices: Vec<u32>,
+    /// Vertices of its own, where it was refitted.
+    pub own: Option<Vec<VertexRecord>>,
+    /// As measured.
+    pub error: LevelError,
+}
+
+/// A level that someone asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiscreteLevel {
+    /// `lod1` the finest.
+    pub name: String,
+    /// What was asked for.
+    pub target: LodTarget,
+    /// False where even the coarsest level has more triangles.
+    pub reached: bool,
+    /// What came out.
+    pub level: BakedLevel,
+}
+
+/// All levels of a character.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BakedLevels {
+    /// Coarsest first, full detail last.
+    pub quantized: Vec<BakedLevel>,
+    /// Finest first.
+    pub discrete: Vec<DiscreteLevel>,
+    /// Frames measured.
+    pub frames: MeasuredFrames,
+}
+
+/// What was asked for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct LevelsAsked {
+    /// Discrete levels.
+    pub targets: Vec<LodTarget>,
+    /// Move the vertices of discrete levels to where they lie closest to full detail.
+    pub refit: bool,
+}
+
+/// A level chosen for a target.
+struct Chosen {
+    target: LodTarget,
+    reached: bool,
+    level: Level,
+}
+
+/// Chooses, measures and orders the levels. `poses`: all frames of all clips. `height_m`: the character's.
+///
+/// The bound of a quantised level is at least that of each finer one, so that the levels within a bound are those from one
+/// on. A refitted level that measures worse than it did before is left as it was.
+pub fn bake_levels(mesh: &OrderedMesh, poses: &LodPoses<'_>, height_m: f32, asked: &LevelsAsked) -> BakedLevels {
+    let order = &mesh.order;
+    let quantized: Vec<Level> = geometric_levels(&order.levels, limits::QUANTIZED_LEVELS as usize)
+        .into_iter()
+        .map(|index| order.levels[index])
+        .collect();
+    let frames = MeasuredFrames::choose(mesh, &quantized[..quantized.len().saturating_sub(1)], poses);
+    let palettes = palettes_of(poses, &frames);
+    let measure =
+        |shapes: &[LevelShape]| measure_levels(mesh, shapes, &frames, &palettes, poses.joint_count, SAMPLES_PER_FRAME);
+    let poke = |shapes: &[LevelShape]| poked_shares(mesh, shapes, &frames, &palettes, poses.joint_count);
+
+    let ratios: Vec<Chosen> = asked.targets.iter().filter_map(|&target| choose_by_ratio(mesh, target)).collect();
+    let shapes: Vec<LevelShape> = quantized
+        .iter()
+        .chain(ratios.iter().map(|chosen| &chosen.level))
+        .map(|level| LevelShape::Shared(mesh.level_triangles(level)))
+        .collect();
+    let mut errors = join(measure(&shapes), poke(&shapes));
+    let ratio_errors = errors.split_off(quantized.len());
+    for finer in (1..errors.len()).rev() {
+        let bound = errors[finer].surface.bound_m;
+        let coarser = &mut errors[finer - 1].surface;
+        coarser.bound_m = coarser.bound_m.max(bound);
+    }
+
+    let mut discrete: Vec<(Chosen, LevelError)> = ratios.into_iter().zip(ratio_errors).collect();
+    for &target in &asked.targets {
+        if let Some(bound_m) = target.bound_m(height_m) {
+            // Bounds never rise towards full detail, which lies on itself.
+            let index = errors.partition_point(|error| error.surface.bound_m > bound_m).min(errors.len() - 1);
+            discrete.push((Chosen { target, reached: true, level: quantized[index] }, errors[index]));
+        }
+    }
+    discrete.sort_by_key(|(chosen, _)| std::cmp::Reverse(chosen.level.triangle_count));
+
+    let quantized = quantized.par_iter().zip(errors).map(|(level, error)| shared_level(mesh, level, error)).collect();
+    let refitted = if asked.refit { refit_levels(mesh, poses, &discrete, measure, poke) } else { Vec::new() };
+    let discrete = discrete.into_iter().enumerate().map(|(number, (chosen, error))| {
+        let better = refitted.get(number).filter(|level| level.error.surface.rms_m <= error.surface.rms_m);
+        DiscreteLevel {
+            name: format!("lod{}", number + 1),
+            target: chosen.target,
+            reached: chosen.reached,
+            level: better.cloned().unwrap_or_else(|| shared_level(mesh, &chosen.level, error)),
+        }
+    });
+    BakedLevels { quantized, discrete: discrete.collect(), frames }
+}
+
+/// The largest level of at most that share of the triangles; `None` for other targets.
+fn choose_by_ratio(mesh: &OrderedMesh, target: LodTarget) -> Option<Chosen> {
+    let ManifestTarget::Ratio(share) = target.0 else { return None };
+    let levels = &mesh.order.levels;
+    let most = triangle_target(mesh.order.triangles.len() as u32, f64::from(share));
+    let fitting = levels.partition_point(|level| level.triangle_count <= most);
+    Some(Chosen { target, reached: fitting > 0, level: levels[fitting.saturating_sub(1)] })
+}
+
+fn shared_level(mesh: &OrderedMesh, level: &Level, error: LevelError) -> BakedLevel {
+    let indices = cache_order(&mesh.level_triangles(level), level.vertex_count);
+    BakedLevel { vertex_count: level.vertex_count, indices, own: None, error }
+}
+
+fn join(surfaces: Vec<SurfaceError>, poked: Vec<f32>) -> Vec<LevelError> {
+    surfaces.into_iter().zip(poked).map(|(surface, poked_share)| LevelError { surface, poked_share }).collect()
+}
+
+/// Refits, rounds to what the pack stores, and measures that: in the order of the table, which is all that a pack keeps.
+/// Layers are known by the order's sequence.
+fn refit_levels(
+    mesh: &OrderedMesh,
+    poses: &LodPoses<'_>,
+    discrete: &[(Chosen, LevelError)],
+    measure: impl Fn(&[LevelShape]) -> Vec<SurfaceError>,
+    poke: impl Fn(&[LevelShape]) -> Vec<f32>,
+) -> Vec<BakedLevel> {
+    let lod_mesh = mesh.mesh();
+    let refitted: Vec<(Vec<VertexRecord>, Vec<[u32; 3]>, Vec<u32>)> = discrete
+        .par_iter()
+        .map(|(chosen, _)| {
+            let level = refit(&lod_mesh, poses, &mesh.order, &chosen.level, &RefitOptions::default());
+            let records = mesh.refit_records(&level);
+            let table = cache_order(&level.triangles, records.len() as u32);
+            (records, level.triangles, table)
+        })
+        .collect();
+    let vertices = |records: &[VertexRecord]| DecodedVertices::new(records);
+    let in_order: Vec<LevelShape> =
+        refitted.iter().map(|(records, triangles, _)| LevelShape::Own(vertices(records), triangles.clone())).collect();
+    let as_drawn: Vec<LevelShape> = refitted
+        .iter()
+        .map(|(records, _, table)| LevelShape::Own(vertices(records), table.as_chunks::<3>().0.to_vec()))
+        .collect();
+    let errors = join(measure(&as_drawn), poke(&in_order));
+    let baked = refitted.into_iter().zip(errors).map(|((records, _, indices), error)| BakedLevel {
+        vertex_count: records.len() as u32,
+        indices,
+        own: Some(records),
+        error,
+    });
+    baked.collect()
+}
+
+/// The triangles in an order that lets a GPU shade most vertices once.
+pub fn cache_order(triangles: &[[u32; 3]], vertex_count: u32) -> Vec<u32> {
+    if triangles.is_empty() {
+        return Vec::new();
+    }
+    meshopt::optimize_vertex_cache(triangles.as_flattened(), vertex_count as usize)
+}
+
+fn palettes_of(poses: &LodPoses<'_>, frames: &MeasuredFrames) -> Vec<Mat3x4> {
+    let of = |frame: u32| &poses.palettes[frame as usize * poses.joint_count..][..poses.joint_count];
+    frames.all().flat_map(|frame| of(frame).iter().copied()).collect()
+}

@@ -1,0 +1,182 @@
+//! What a discrete level is asked to be: words in, words out.
+
+use crowd_pack::ManifestTarget;
+
+/// A target as people write it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LodTarget(pub ManifestTarget);
+
+impl LodTarget {
+    /// `0.25` or `25%`: a share of the triangles.
+    ///
+    /// # Errors
+    /// What was found and what is allowed.
+    pub fn parse_ratio(text: &str) -> Result<Self, String> {
+        let (number, unit) = number_and_unit(text)?;
+        let share = match unit {
+            "" => number,
+            "%" => number / 100.0,
+            _ => return Err(format!("found {text}, allowed a share as in 0.25 or 25%")),
+        };
+        if share > 0.0 && share <= 1.0 {
+            return Ok(Self(ManifestTarget::Ratio(share as f32)));
+        }
+        Err(format!("found {text}, allowed above 0 and up to 1, or up to 100%"))
+    }
+
+    /// `0.005`, `5mm`, `0.5cm`, `0.005m`: a distance. `0.5%`: a share of the height.
+    ///
+    /// # Errors
+    /// What was found and what is allowed.
+    pub fn parse_error(text: &str) -> Result<Self, String> {
+        let (number, unit) = number_and_unit(text)?;
+        let metres = match unit {
+            "" | "m" => number,
+            "cm" => number / 100.0,
+            "mm" => number / 1000.0,
+            "%" if number > 0.0 && number <= 100.0 => {
+                return Ok(Self(ManifestTarget::ErrorHeight((number / 100.0) as f32)));
+            }
+            _ => {
+                return Err(format!(
+                    "found {text}, allowed a distance as in 5mm, 0.5cm or 0.005, or a share of the height as in 0.5%"
+                ));
+            }
+        };
+        if (1e-9..=1e6).contains(&metres) {
+            return Ok(Self(ManifestTarget::ErrorM(metres as f32)));
+        }
+        Err(format!("found {text}, allowed above 0"))
+    }
+
+    /// `1@120`: one pixel where the character is 120 pixels high; `1` alone means at 720.
+    ///
+    /// # Errors
+    /// What was found and what is allowed.
+    pub fn parse_pixels(text: &str) -> Result<Self, String> {
+        let allowed = || format!("found {text}, allowed PIXELS@HEIGHT, as in 1@120");
+        let (pixels, height) = text.trim().split_once('@').unwrap_or((text.trim(), "720"));
+        let number = |part: &str| part.trim().trim_end_matches("px").parse::<f32>().map_err(|_| allowed());
+        let (pixels, height) = (number(pixels)?, number(height)?);
+        if (1e-3..=1e5).contains(&pixels) && (1.0..=1e5).contains(&height) {
+            return Ok(Self(ManifestTarget::Pixels(pixels, height)));
+        }
+        Err(allowed())
+    }
+
+    /// The distance that a bound may have, metres; `None` for a share of the triangles.
+    pub fn bound_m(self, height_m: f32) -> Option<f32> {
+        match self.0 {
+            ManifestTarget::Ratio(_) => None,
+            ManifestTarget::ErrorM(distance) => Some(distance),
+            ManifestTarget::ErrorHeight(share) => Some(share * height_m),
+            ManifestTarget::Pixels(pixels, height_px) => Some(pixels / height_px * height_m),
+        }
+    }
+}
+
+/// As `parse` reads it back.
+impl std::fmt::Display for LodTarget {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            ManifestTarget::Ratio(share) => write!(f, "{}%", short(f64::from(share) * 100.0)),
+            ManifestTarget::ErrorM(metres) => write!(f, "{}mm", short(f64::from(metres) * 1000.0)),
+            ManifestTarget::ErrorHeight(share) => write!(f, "{}%", short(f64::from(share) * 100.0)),
+            ManifestTarget::Pixels(pixels, height) => write!(f, "{pixels}@{height}"),
+        }
+    }
+}
+
+impl LodTarget {
+    /// In a sentence.
+    pub fn words(self) -> String {
+        match self.0 {
+            ManifestTarget::Ratio(_) => format!("{self} of the triangles"),
+            ManifestTarget::ErrorM(_) => format!("within {self}"),
+            ManifestTarget::ErrorHeight(_) => format!("within {self} of the height"),
+            ManifestTarget::Pixels(pixels, height) => format!("within {pixels} px at {height} px"),
+        }
+    }
+}
+
+/// Without the dust that a percent leaves in binary: six digits.
+fn short(number: f64) -> f64 {
+    let digits = 6 - libm::ceil(libm::log10(number.max(1e-12))) as i32;
+    let scale = libm::pow(10.0, f64::from(digits));
+    (number * scale).round() / scale
+}
+
+fn number_and_unit(text: &str) -> Result<(f64, &str), String> {
+    let text = text.trim();
+    let end = text.find(|c: char| !(c.is_ascii_digit() || ".+-".contains(c))).unwrap_or(text.len());
+    // An exponent belongs to the number.
+    let end = match text[end..].strip_prefix(['e', 'E']) {
+        Some(rest) => {
+            let digits = rest.find(|c: char| !(c.is_ascii_digit() || "+-".contains(c))).unwrap_or(rest.len());
+            end + 1 + digits
+        }
+        None => end,
+    };
+    let number = text[..end].parse::<f64>().map_err(|_| format!("found {text}, allowed a number"))?;
+    Ok((number, text[end..].trim()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ratio(text: &str) -> Result<ManifestTarget, String> {
+        LodTarget::parse_ratio(text).map(|target| target.0)
+    }
+
+    fn error(text: &str) -> Result<ManifestTarget, String> {
+        LodTarget::parse_error(text).map(|target| target.0)
+    }
+
+    #[test]
+    fn shares_distances_and_pixels_are_read() {
+        assert_eq!([ratio("0.25"), ratio(" 25 %"), ratio("25%")], [0.25; 3].map(|r| Ok(ManifestTarget::Ratio(r))));
+        assert_eq!(ratio("25").unwrap_err(), "found 25, allowed above 0 and up to 1, or up to 100%");
+        for text in ["0.005", "5mm", "0.5cm", "0.005m", "5e-3", "5e0mm"] {
+            assert_eq!(error(text), Ok(ManifestTarget::ErrorM(0.005)), "{text}");
+        }
+        assert_eq!(error("0.5%"), Ok(ManifestTarget::ErrorHeight(0.005)));
+        let pixels = |text| LodTarget::parse_pixels(text).map(|target| target.0);
+        assert_eq!(pixels("1@120"), Ok(ManifestTarget::Pixels(1.0, 120.0)));
+        assert_eq!(pixels("1.5px@720px"), Ok(ManifestTarget::Pixels(1.5, 720.0)));
+        assert_eq!(pixels("2"), Ok(ManifestTarget::Pixels(2.0, 720.0)));
+    }
+
+    #[test]
+    fn nonsense_is_refused_in_words() {
+        for text in ["", "0", "-1", "nan", "inf", "1e999", "5 feet", "101%", "0%", "%", "e5", "1e"] {
+            assert!(ratio(text).unwrap_err().contains("allowed"), "{text}");
+            assert!(error(text).unwrap_err().contains("allowed") || text == "5 feet", "{text}");
+        }
+        for text in ["@", "1@", "@720", "1@0", "0@720", "nan@720", "1@inf", "1@2@3"] {
+            assert!(LodTarget::parse_pixels(text).unwrap_err().contains("PIXELS@HEIGHT"), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        for text in ["0.25", "33.3%", "2%"] {
+            let target = LodTarget::parse_ratio(text).unwrap();
+            assert_eq!(LodTarget::parse_ratio(&target.to_string()), Ok(target));
+        }
+        for text in ["5mm", "0.123cm", "0.5%", "12.5%"] {
+            let target = LodTarget::parse_error(text).unwrap();
+            assert_eq!(LodTarget::parse_error(&target.to_string()), Ok(target));
+        }
+        let target = LodTarget::parse_pixels("1.5@96").unwrap();
+        assert_eq!(LodTarget::parse_pixels(&target.to_string()), Ok(target));
+        assert_eq!(LodTarget::parse_ratio("25%").unwrap().words(), "25% of the triangles");
+    }
+
+    #[test]
+    fn pixels_are_distances_of_a_height() {
+        let pixel = LodTarget::parse_pixels("1@180").unwrap();
+        assert_eq!(pixel.bound_m(1.8), Some(0.01));
+        assert_eq!(LodTarget::parse_ratio("1").unwrap().bound_m(1.8), None);
+    }
+}

@@ -1,0 +1,125 @@
+//! Measures levels of a character against its full detail: while it is baked, and again by `verify`.
+
+use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
+use crate::pose::Mat3x4;
+use crowd_lod::{
+    LayeredMesh, Level, LevelSurface, LodPoses, SurfaceError, find_layers, measure_interpenetration, measure_surfaces,
+    measured_frames, worst_frames,
+};
+
+/// Frames that the mean is taken over.
+const MEAN_FRAMES: u32 = 8;
+/// Levels that each name a frame in which they are worst.
+const LEVELS_ASKED: usize = 6;
+/// Points a side and frame that the mean is taken over.
+pub const SAMPLES_PER_FRAME: u32 = 500;
+/// Points and frames that look for layers that have come through each other.
+const LAYER_SAMPLES: u32 = 300;
+
+/// The triangles of a level.
+#[derive(Debug, Clone)]
+pub enum LevelShape {
+    /// Over the character's vertices, in the order's sequence.
+    Shared(Vec<[u32; 3]>),
+    /// Over vertices of its own, in the order's sequence.
+    Own(DecodedVertices, Vec<[u32; 3]>),
+}
+
+/// The frames to measure, counted over all clips.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MeasuredFrames {
+    /// For mean and maximum; rising.
+    pub mean: Vec<u32>,
+    /// For the maximum too: where some level is worst; rising.
+    pub worst: Vec<u32>,
+}
+
+impl MeasuredFrames {
+    /// Some frames drawn evenly along their weights, and the worst of a few levels. `levels`: coarsest first.
+    pub fn choose(mesh: &OrderedMesh, levels: &[Level], poses: &LodPoses<'_>) -> Self {
+        let mean: Vec<u32> =
+            measured_frames(poses.frame_weights, MEAN_FRAMES).into_iter().map(|frame| frame as u32).collect();
+        let step = levels.len().div_ceil(LEVELS_ASKED).max(1);
+        let asked: Vec<Vec<[u32; 3]>> = levels.iter().step_by(step).map(|level| mesh.level_triangles(level)).collect();
+        let slices: Vec<&[[u32; 3]]> = asked.iter().map(Vec::as_slice).collect();
+        let worst = worst_frames(&mesh.surface(), &slices, poses, &mean);
+        Self { mean, worst }
+    }
+
+    /// All of them, those of the mean first.
+    pub fn all(&self) -> impl Iterator<Item = u32> + '_ {
+        self.mean.iter().chain(&self.worst).copied()
+    }
+}
+
+/// What was measured of a level.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LevelError {
+    /// Distances, texture drift, normals. The frame of the maximum is counted over all clips.
+    pub surface: SurfaceError,
+    /// Share of the surface that has come out through a layer which covers it at full detail.
+    pub poked_share: f32,
+}
+
+/// Measures levels. `palettes`: those of `frames`, in their order, `joint_count` matrices each.
+pub fn measure_levels(
+    mesh: &OrderedMesh,
+    shapes: &[LevelShape],
+    frames: &MeasuredFrames,
+    palettes: &[Mat3x4],
+    joint_count: usize,
+    samples: u32,
+) -> Vec<SurfaceError> {
+    let numbers: Vec<u32> = frames.all().collect();
+    let weights = vec![1.0 / numbers.len().max(1) as f32; numbers.len()];
+    let poses = LodPoses { palettes, joint_count, frame_weights: &weights };
+    let levels: Vec<LevelSurface<'_>> = shapes
+        .iter()
+        .map(|shape| match shape {
+            LevelShape::Shared(triangles) => LevelSurface::Shared(triangles),
+            LevelShape::Own(vertices, triangles) => LevelSurface::Own(vertices.surface(triangles)),
+        })
+        .collect();
+    let errors = measure_surfaces(&mesh.surface(), &mesh.texels, &levels, &poses, frames.mean.len(), samples);
+    let number = |error: SurfaceError| SurfaceError {
+        max_frame: numbers.get(error.max_frame as usize).copied().unwrap_or_default(),
+        ..error
+    };
+    errors.into_iter().map(number).collect()
+}
+
+/// For each level the share of the surface that has come out through a layer, mean over `frames.mean`.
+pub fn poked_shares(
+    mesh: &OrderedMesh,
+    shapes: &[LevelShape],
+    frames: &MeasuredFrames,
+    palettes: &[Mat3x4],
+    joint_count: usize,
+) -> Vec<f32> {
+    let weights = vec![1.0 / frames.mean.len().max(1) as f32; frames.mean.len()];
+    let poses =
+        LodPoses { palettes: &palettes[..frames.mean.len() * joint_count], joint_count, frame_weights: &weights };
+    let layers = find_layers(&mesh.vertices.positions, &mesh.order.triangles);
+    let full = layered_mesh(&mesh.vertices, &mesh.order.triangles, &layers);
+    let levels: Vec<LayeredMesh<'_>> = shapes
+        .iter()
+        .map(|shape| match shape {
+            LevelShape::Shared(triangles) => layered_mesh(&mesh.vertices, triangles, &layers),
+            LevelShape::Own(vertices, triangles) => layered_mesh(vertices, triangles, &layers),
+        })
+        .collect();
+    let numbers: Vec<usize> = (0..frames.mean.len()).collect();
+    let measured = measure_interpenetration(&full, &levels, &poses, &numbers, LAYER_SAMPLES);
+    measured.into_iter().map(|level| level.mean_share).collect()
+}
+
+/// Layers are those of the order's triangles, of which a level keeps the first ones.
+fn layered_mesh<'a>(vertices: &'a DecodedVertices, triangles: &'a [[u32; 3]], layers: &'a [u32]) -> LayeredMesh<'a> {
+    LayeredMesh {
+        positions: &vertices.positions,
+        joints: &vertices.joints,
+        weights: &vertices.weights,
+        triangles,
+        triangle_layers: &layers[..triangles.len()],
+    }
+}

@@ -1,0 +1,146 @@
+//! Levels that a pack stores beside the continuous order: asked for, measured, exported, missed.
+
+use crate::bench::{Bench, SPHERE, TRIANGLE, TUBE};
+use crowd_source::{Limits, load_character};
+use serde_json::Value;
+
+/// Bakes the tube with some discrete levels.
+fn baked(more: &[&str]) -> (Bench, String) {
+    let bench = Bench::with(&[TUBE]);
+    let input = format!("@{TUBE}");
+    let words = ["bake", &input, "-o", "@out.crowdpack", "--lod-ratio", "50%,0.25", "--error", "0.5%", "--px", "1@120"];
+    let said = bench.run(&[&words[..], more].concat()).expect(0).err;
+    (bench, said)
+}
+
+fn number(level: &Value, key: &str) -> f64 {
+    level[key].as_f64().unwrap_or_else(|| panic!("no {key} in {level}"))
+}
+
+#[test]
+fn discrete_levels_are_named_finest_first_and_measured() {
+    let (bench, said) = baked(&[]);
+    for word in ["lod1 (", "50% of the triangles", "within 0.5% of the height", "within 1 px at 120 px", ": reached"] {
+        assert!(said.contains(word), "no {word} in:\n{said}");
+    }
+    let character = &bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json()["characters"][0];
+    let discrete = character["discrete"].as_array().unwrap();
+    assert_eq!(discrete.len(), 4);
+    for (index, level) in discrete.iter().enumerate() {
+        assert_eq!(level["name"], format!("lod{}", index + 1));
+        assert_eq!(level["reached"], true);
+        assert!(number(level, "rms_m") <= number(level, "max_m") && number(level, "max_m") <= number(level, "bound_m"));
+    }
+    assert!(discrete.windows(2).all(|pair| number(&pair[0], "triangles") >= number(&pair[1], "triangles")));
+    let height = number(character, "height_m");
+    for level in discrete {
+        let target = level["target"].as_str().unwrap();
+        let (bound, pixels) = (number(level, "bound_m"), number(level, "bound_px"));
+        assert!(!target.contains("of the height") || bound <= 0.005 * height, "{level}");
+        assert!(!target.contains("px at 120") || bound <= height / 120.0, "{level}");
+        assert!((pixels - bound / height * 720.0).abs() < 1e-3 * pixels + 1e-6, "{level}");
+    }
+    let table = bench.run(&["inspect", "@out.crowdpack"]).expect(0).out;
+    assert!(table.contains("lod2") && table.contains("4 discrete"), "{table}");
+}
+
+#[test]
+fn quantised_levels_lie_between_the_coarsest_and_full_detail() {
+    let (bench, _) = baked(&[]);
+    let character = &bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json()["characters"][0];
+    let levels = character["measured"].as_array().unwrap();
+    assert!((40..=64).contains(&levels.len()), "{}", levels.len());
+    let (first, last) = (&levels[0], &levels[levels.len() - 1]);
+    assert_eq!(first["triangles"], character["coarsest_triangles"]);
+    assert_eq!(last["triangles"], character["triangles"]);
+    assert_eq!(number(last, "bound_m"), 0.0);
+    for pair in levels.windows(2) {
+        assert!(number(&pair[0], "triangles") < number(&pair[1], "triangles"));
+        assert!(
+            number(&pair[0], "bound_m") >= number(&pair[1], "bound_m"),
+            "a bound of a finer level holds for it alone"
+        );
+    }
+}
+
+#[test]
+fn stored_levels_are_exported_by_name() {
+    let (bench, _) = baked(&[]);
+    bench.run(&["export", "@out.crowdpack", "--lod", "all", "-o", "@t.glb"]).expect(0);
+    bench.run(&["export", "@out.crowdpack", "--lod", "lod2", "-o", "@two.glb"]).expect(0);
+    let character = &bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json()["characters"][0];
+    for (index, level) in character["discrete"].as_array().unwrap().iter().enumerate() {
+        let raw = load_character(&bench.path(&format!("t.lod{}.glb", index + 1)), &Limits::default()).unwrap();
+        assert_eq!(raw.mesh.triangles.len() as f64, number(level, "triangles"));
+    }
+    assert_eq!(bench.read("two.glb"), bench.read("t.lod2.glb"));
+    let words = ["export", "@out.crowdpack", "--lod", "near", "-o", "@no.glb"];
+    bench.run(&words).expect(1).says(&["level `near`", "lod1, lod2, lod3, lod4"]);
+    assert!(!bench.path("no.glb").exists());
+}
+
+#[test]
+fn refitted_levels_are_stored_verified_and_exported() {
+    let (bench, said) = baked(&["--refit"]);
+    assert!(said.contains(", refitted"), "{said}");
+    bench.run(&["verify", "@out.crowdpack"]).expect(0);
+    let (plain, _) = baked(&[]);
+    let of =
+        |bench: &Bench| bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json()["characters"][0].clone();
+    let (refitted, plain_levels) = (of(&bench), of(&plain));
+    let pairs = refitted["discrete"].as_array().unwrap().iter().zip(plain_levels["discrete"].as_array().unwrap());
+    for (moved, kept) in pairs {
+        assert_eq!(moved["triangles"], kept["triangles"]);
+        assert!(number(moved, "rms_m") <= number(kept, "rms_m"), "{moved} {kept}");
+    }
+    // From a pack without refitted levels, on the way out: the same mesh.
+    bench.run(&["export", "@out.crowdpack", "--lod", "lod3", "-o", "@stored.glb"]).expect(0);
+    plain.run(&["export", "@out.crowdpack", "--ratio", "0.25", "--refit", "-o", "@moved.glb"]).expect(0);
+    plain.run(&["export", "@out.crowdpack", "--ratio", "0.25", "-o", "@kept.glb"]).expect(0);
+    let load = |bench: &Bench, file: &str| load_character(&bench.path(file), &Limits::default()).unwrap().mesh;
+    let (moved, kept) = (load(&plain, "moved.glb"), load(&plain, "kept.glb"));
+    assert_eq!(moved.triangles.len(), kept.triangles.len());
+    assert_ne!(moved.positions, kept.positions);
+    assert!(!load(&bench, "stored.glb").triangles.is_empty());
+}
+
+#[test]
+fn a_share_that_is_not_reached_is_said_and_refused_when_strict() {
+    let bench = Bench::with(&[TRIANGLE, SPHERE]);
+    let words = ["bake", &format!("@{TRIANGLE}"), "-o", "@out.crowdpack", "--lod-ratio", "0.5"];
+    bench.run(&words).expect(0).says(&["lod1 (50% of the triangles)", "not reached", "positions that cannot move"]);
+    bench.run(&["export", "@out.crowdpack", "--lod", "lod1", "-o", "@a.glb"]).expect(0).says(&["target missed"]);
+    bench.run(&["export", "@out.crowdpack", "--lod", "lod1", "--strict", "-o", "@b.glb"]).expect(5);
+    assert!(!bench.path("b.glb").exists());
+    let strict = [&words[..3], &["@strict.crowdpack", "--lod-ratio", "0.5", "--strict"]].concat();
+    bench.run(&strict).expect(5).says(&["levels: target missed", "the coarsest level has 1"]);
+    assert!(!bench.path("strict.crowdpack").exists());
+    // The others of a batch are written all the same.
+    let both = [
+        "bake",
+        &format!("@{SPHERE}"),
+        &format!("@{TRIANGLE}"),
+        "-o",
+        "@both.crowdpack",
+        "--lod-ratio",
+        "0.5",
+        "--strict",
+    ];
+    bench.run(&both).expect(5);
+    let names = bench.run(&["inspect", "@both.crowdpack", "--json"]).expect(0).json();
+    assert_eq!(names["characters"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn manifests_ask_for_levels_too_and_too_many_are_refused() {
+    let bench = Bench::with(&[SPHERE]);
+    let text = format!("[defaults]\nlod_ratio = [0.5, '10%']\nrefit = true\n[[characters]]\nsource = '{SPHERE}'\n");
+    bench.write("crowd.toml", text.into_bytes());
+    bench.run(&["bake", "@crowd.toml", "-o", "@out.crowdpack"]).expect(0).says(&["lod2 (10% of the triangles)"]);
+    let config = bench.run(&["print-config", "@crowd.toml"]).expect(0).out;
+    assert!(config.contains("lod_ratio = [\"50%\", \"10%\"]") && config.contains("refit = true"), "{config}");
+    let many = vec!["50%"; 33].join(",");
+    let words = ["bake", "@crowd.toml", "-o", "@many.crowdpack", "--lod-ratio", &many];
+    bench.run(&words).expect(1).says(&["discrete levels: found 33, allowed 32"]);
+    bench.run(&["bake", "@crowd.toml", "-o", "@x.crowdpack", "--error", "5 feet"]).expect(2).says(&["as in 0.5%"]);
+}
