@@ -293,11 +293,17 @@ fn line_meets_box(origin: [f32; 3], direction: [f32; 3], reach: f32, low: [f32; 
 /// Where a line leaves through the front of a triangle, as the signed distance from its origin; edges belong to it. None
 /// where it enters from the front, or runs along.
 pub(crate) fn line_leaves_triangle(origin: [f32; 3], direction: [f32; 3], [a, b, c]: [[f32; 3]; 3]) -> Option<f32> {
+    let faces = dot(direction, cross(sub(b, a), sub(c, a)));
+    if faces > 0.0 { line_crosses_triangle(origin, direction, [a, b, c]) } else { None }
+}
+
+/// Where a line crosses a triangle from either side, as the signed distance from its origin; edges belong to it.
+pub(crate) fn line_crosses_triangle(origin: [f32; 3], direction: [f32; 3], [a, b, c]: [[f32; 3]; 3]) -> Option<f32> {
     let (e, f) = (sub(b, a), sub(c, a));
     let across = cross(direction, f);
-    let determinant = dot(e, across);
     // Minus twice the area times the cosine between line and normal.
-    if determinant >= 0.0 || determinant * determinant <= 1.0e-12 * dot(e, e) * dot(f, f) {
+    let determinant = dot(e, across);
+    if determinant * determinant <= 1.0e-12 * dot(e, e) * dot(f, f) {
         return None;
     }
     let from_a = sub(origin, a);

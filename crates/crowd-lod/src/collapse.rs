@@ -11,8 +11,10 @@
 use crate::attributes::Attributes;
 use crate::criteria::{MAX_MOVED_VALENCE, Rules};
 use crate::find_images::{Image, ImageFinder, Moved, SEARCHED_TRIANGLES};
+use crate::layer_gaps::LayerGaps;
 use crate::quadrics::Quadrics;
 use crate::split_seams::SplitMesh;
+use crate::symmetry::NO_PARTNER;
 use crate::topology::{Spoke, Topology};
 use crate::{Blocked, Criteria, Obstacle};
 use rayon::prelude::*;
@@ -24,6 +26,8 @@ use std::collections::BinaryHeap;
 const LENGTH_SHARE: f32 = 1.0e-5;
 /// How much dearer a queued collapse may be when its turn comes, without another look around.
 const STILL_SAME: f32 = 1.000_01;
+/// How much dearer the mirror image of a collapse may be and still follow it at once.
+const MIRROR_SLACK: f32 = 2.0;
 /// Collapses between two calls of `progress`.
 const PROGRESS_STEPS: usize = 512;
 
@@ -65,6 +69,9 @@ pub(crate) struct Surface<'a> {
     pub topology: &'a mut Topology,
     pub quadrics: &'a mut Quadrics,
     pub attributes: &'a mut Attributes,
+    pub gaps: &'a mut LayerGaps,
+    /// For each position its mirror image, or `NO_PARTNER`.
+    pub partners: &'a [u32],
     /// For each position, squared distance to what lies behind its part, m²; see `behind`.
     pub behind: &'a [f32],
 }
@@ -159,11 +166,11 @@ impl Run<'_> {
             }
             let fresh = grown == self.grown[t as usize];
             if fresh && self.still_costs(u, t, f32::from_bits(rank), &mut scratch) {
-                ring.clear();
-                ring.extend(scratch.spokes.iter().map(|s| s.to));
-                self.collapse(u, t, &scratch.on_edge, &scratch.moved);
-                for &p in &ring {
-                    self.look_again(p, u, t, &mut scratch);
+                self.collapse_and_look_around(u, t, &mut scratch, &mut ring);
+                let (u, t) = (self.surface.partners[u as usize], self.surface.partners[t as usize]);
+                let alike = u != NO_PARTNER && t != NO_PARTNER && self.rules.may_move(self.surface.topology, u);
+                if alike && self.still_costs(u, t, f32::from_bits(rank) * MIRROR_SLACK, &mut scratch) {
+                    self.collapse_and_look_around(u, t, &mut scratch, &mut ring);
                 }
                 if self.steps.costs.len().is_multiple_of(PROGRESS_STEPS) {
                     progress(self.steps.costs.len() as f32 / self.stamps.len() as f32);
@@ -171,6 +178,16 @@ impl Run<'_> {
             } else {
                 self.evaluate(u, &mut scratch);
             }
+        }
+    }
+
+    /// Performs a collapse that was just looked at, and evaluates its neighbours again.
+    fn collapse_and_look_around(&mut self, u: u32, t: u32, scratch: &mut Scratch, ring: &mut Vec<u32>) {
+        ring.clear();
+        ring.extend(scratch.spokes.iter().map(|s| s.to));
+        self.collapse(u, t, &scratch.on_edge, &scratch.moved);
+        for &p in ring.iter() {
+            self.look_again(p, u, t, scratch);
         }
     }
 
@@ -332,7 +349,8 @@ impl Run<'_> {
             Criteria::Peng2011 => self.rules.check(topology, split, u, spokes, edge).map(|()| 0.0),
             Criteria::Wedge => {
                 let turned = self.rules.charge(topology, split, u, spokes, edge, moved)?;
-                Ok(turned + self.charge_lost(u, edge.to, on_edge)?)
+                let pressed = self.surface.gaps.charge(topology, u, edge.to);
+                Ok(turned + pressed + self.charge_lost(u, edge.to, on_edge)?)
             }
         }
     }
@@ -375,6 +393,7 @@ impl Run<'_> {
         let mean = if area > 0.0 { self.surface.quadrics.total_cost(move_cost, t) / area } else { 0.0 };
         self.steps.costs.push(mean);
 
+        self.surface.gaps.follow(self.surface.topology, u, t);
         let images = self.settle_images(t, moved);
         let topology = &mut *self.surface.topology;
         let moving: Vec<u32> = topology.around(u).filter(|i| !dying.contains(i)).collect();

@@ -105,6 +105,12 @@ impl Rules {
         self.criteria
     }
 
+    /// Positions in each pose in which collapses are tested, bind pose first.
+    pub fn poses(&self) -> Vec<Vec<[f32; 3]>> {
+        let pose = |lane: usize| self.posed.iter().map(|places| places.map(|c| c[lane])).collect();
+        (0..=self.frame_count).map(pose).collect()
+    }
+
     /// Positions in some poses, bind pose first.
     pub fn some_poses(&self) -> [Vec<[f32; 3]>; 2] {
         [0, self.frame_count.div_ceil(2)].map(|lane| self.posed.iter().map(|places| places.map(|c| c[lane])).collect())

@@ -15,9 +15,9 @@ use crate::{LodPoses, Mat3x4};
 use rayon::prelude::*;
 
 /// How far layers are looked for along a normal, as a share of the character's diagonal in bind pose.
-const REACH_SHARE: f32 = 0.05;
+pub(crate) const REACH_SHARE: f32 = 0.05;
 /// Layers closer than this share of the diagonal lie on each other and are in no order.
-const CONTACT_SHARE: f32 = 1.0e-5;
+pub(crate) const CONTACT_SHARE: f32 = 1.0e-5;
 
 /// A skinned mesh whose triangles belong to layers.
 #[derive(Debug, Clone, Copy)]
@@ -66,13 +66,23 @@ pub fn find_layers(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<u32> {
             toward_root[v as usize] = group[0];
         }
     }
+    join(toward_root, triangles)
+}
+
+/// The same where equal places have one number already.
+pub(crate) fn layers_of_places(place_count: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
+    join((0..place_count as u32).collect(), triangles)
+}
+
+/// Numbers what triangles join. `toward_root`: for each vertex a lower one that it hangs together with, or itself.
+fn join(mut toward_root: Vec<u32>, triangles: &[[u32; 3]]) -> Vec<u32> {
     for &[a, b, c] in triangles {
         for (one, other) in [(a, b), (b, c)] {
             let (one, other) = (root(&mut toward_root, one), root(&mut toward_root, other));
             toward_root[one.max(other) as usize] = one.min(other);
         }
     }
-    let mut number = vec![u32::MAX; positions.len()];
+    let mut number = vec![u32::MAX; toward_root.len()];
     let mut count = 0;
     let mut layer_of = |t: &[u32; 3]| {
         let number = &mut number[root(&mut toward_root, t[0]) as usize];

@@ -6,8 +6,8 @@
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
 //!
 //! One module a step: `split_seams` (with `separate_layers` and `duplicate_triangles`), `classify`, `frames` (with `align`),
-//! `quadrics`, `criteria`, `collapse` (on a `topology`), `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`,
-//! `choose_levels`, `worst_frames`, `measure_surfaces`, `interpenetration`.
+//! `quadrics`, `criteria`, `layer_gaps`, `symmetry`, `collapse` (on a `topology`), `reorder`, `reform`, `check_frames`, `level_mesh`,
+//! `refit`, `measure`, `choose_levels`, `worst_frames`, `measure_surfaces`, `interpenetration`.
 
 mod align;
 mod attributes;
@@ -24,6 +24,7 @@ mod frames;
 #[cfg(test)]
 mod hostile_tests;
 mod interpenetration;
+mod layer_gaps;
 mod level_mesh;
 #[cfg(test)]
 mod lib_tests;
@@ -35,6 +36,7 @@ mod reform;
 mod reorder;
 mod separate_layers;
 mod split_seams;
+mod symmetry;
 #[cfg(test)]
 mod test_meshes;
 mod topology;
@@ -119,14 +121,23 @@ fn collapse(
         criteria::Rules::new(mesh, poses, &split, options.criteria, &classes.non_manifold, &classes.wedge_class);
     let minded = match options.criteria {
         Criteria::Wedge => options.attribute_weights,
-        Criteria::Peng2011 => AttributeWeights { uv: 0.0, normal: 0.0, color: 0.0 },
+        Criteria::Peng2011 => AttributeWeights { uv: 0.0, normal: 0.0, color: 0.0, layers: 0.0 },
     };
     let some_poses = rules.some_poses();
     let diagonal = behind::diagonal(&some_poses[0]);
     let behind = behind::measure_behind(mesh, &split, &some_poses.each_ref().map(Vec::as_slice), &minded, diagonal);
     let mut attributes = attributes::Attributes::build(mesh, &split, &minded, diagonal);
     let mut normals: Vec<[f32; 3]> = split.variant_source.iter().map(|&v| mesh.normals[v as usize]).collect();
+    let mut posed = rules.poses();
+    let bind = posed.remove(0);
+    let mut gaps = layer_gaps::LayerGaps::find(&topology, &bind, posed, minded.layers);
+    let partners = match options.criteria {
+        Criteria::Wedge => symmetry::find_partners(&bind),
+        Criteria::Peng2011 => vec![symmetry::NO_PARTNER; split.position_source.len()],
+    };
     let surface = collapse::Surface {
+        partners: &partners,
+        gaps: &mut gaps,
         split: &mut split,
         normals: &mut normals,
         topology: &mut topology,

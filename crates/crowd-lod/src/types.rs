@@ -88,11 +88,13 @@ pub struct AttributeWeights {
     pub normal: f32,
     /// Vertex colours, and the colours of parts that vanish.
     pub color: f32,
+    /// Layers that come through each other; see `layer_gaps`.
+    pub layers: f32,
 }
 
 impl Default for AttributeWeights {
     fn default() -> Self {
-        Self { uv: 1.0, normal: 1.0, color: 1.0 }
+        Self { uv: 1.0, normal: 1.0, color: 1.0, layers: 1.0 }
     }
 }
 

@@ -1,0 +1,154 @@
+//! Finds which positions mirror each other, so that a character does not lose one eye first.
+
+use crate::behind::diagonal;
+use crate::quadrics::{dot, sub};
+
+/// No mirror image.
+pub(crate) const NO_PARTNER: u32 = u32::MAX;
+
+/// How far a position may lie from its mirror image's place, as a share of the diagonal.
+const TOLERANCE_SHARE: f32 = 1.0e-4;
+/// Share of the positions that must have a partner for the mesh to count as symmetric.
+const SYMMETRIC_SHARE: f32 = 0.5;
+/// Positions looked at where many lie together; bounds the work on a hostile heap.
+const SEARCHED_POSITIONS: usize = 64;
+
+/// For each position the one that mirrors it in bind pose (itself on the mirror plane), or [`NO_PARTNER`].
+///
+/// Tries the planes across each axis through the middle of the box around the mesh and through the origin, and takes
+/// the one with the most partners, the first of equals (x first: characters face along z). All are without partner where fewer
+/// than half find one. Partners are mutual.
+pub(crate) fn find_partners(places: &[[f32; 3]]) -> Vec<u32> {
+    let tolerance = TOLERANCE_SHARE * diagonal(places);
+    let mut best = vec![NO_PARTNER; places.len()];
+    if tolerance <= 0.0 || !tolerance.is_finite() {
+        return best;
+    }
+    let cells = Cells::new(places, tolerance);
+    let mut most = (SYMMETRIC_SHARE * places.len() as f32) as usize;
+    for axis in 0..3 {
+        let along = places.iter().map(|p| p[axis]);
+        let (low, high) = along.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        for middle in [0.5 * (low + high), 0.0] {
+            let found = pair_up(places, &cells, axis, middle, tolerance);
+            let count = found.iter().filter(|&&partner| partner != NO_PARTNER).count();
+            if count > most {
+                (best, most) = (found, count);
+            }
+        }
+    }
+    best
+}
+
+fn pair_up(places: &[[f32; 3]], cells: &Cells, axis: usize, middle: f32, tolerance: f32) -> Vec<u32> {
+    let nearest = |place: &[f32; 3]| {
+        let mut mirrored = *place;
+        mirrored[axis] = 2.0 * middle - place[axis];
+        cells.nearest(places, mirrored, tolerance)
+    };
+    let mut partners: Vec<u32> = places.iter().map(nearest).collect();
+    for p in 0..partners.len() {
+        let partner = partners[p];
+        // One-sided ones go; both ends of a pair were found by now.
+        if partner != NO_PARTNER && partners[partner as usize] != p as u32 {
+            partners[p] = NO_PARTNER;
+        }
+    }
+    partners
+}
+
+/// Positions by cells of space.
+struct Cells {
+    size: f32,
+    /// Cell and position, sorted.
+    entries: Vec<([i32; 3], u32)>,
+}
+
+impl Cells {
+    fn new(places: &[[f32; 3]], tolerance: f32) -> Self {
+        let size = 4.0 * tolerance;
+        let mut entries: Vec<([i32; 3], u32)> =
+            places.iter().enumerate().map(|(p, place)| (place.map(|c| (c / size).floor() as i32), p as u32)).collect();
+        entries.sort_unstable();
+        Self { size, entries }
+    }
+
+    /// The position nearest to a place, the lowest of equals.
+    fn nearest(&self, places: &[[f32; 3]], place: [f32; 3], tolerance: f32) -> u32 {
+        let ends = [-tolerance, tolerance].map(|by| place.map(|c| ((c + by) / self.size).floor() as i32));
+        let mut best = (tolerance * tolerance, NO_PARTNER);
+        for x in ends[0][0]..=ends[1][0] {
+            for y in ends[0][1]..=ends[1][1] {
+                for z in ends[0][2]..=ends[1][2] {
+                    let from = self.entries.partition_point(|entry| entry.0 < [x, y, z]);
+                    let here = self.entries[from..].iter().take_while(|entry| entry.0 == [x, y, z]);
+                    for &(_, p) in here.take(SEARCHED_POSITIONS) {
+                        let off = sub(places[p as usize], place);
+                        let distance = dot(off, off);
+                        if distance < best.0 || (distance == best.0 && p < best.1) {
+                            best = (distance, p);
+                        }
+                    }
+                }
+            }
+        }
+        best.1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten places to each side of x = `middle`, and three on it.
+    fn mirrored(middle: f32) -> Vec<[f32; 3]> {
+        let mut places = Vec::new();
+        for i in 0..10 {
+            let (x, y, z) = (0.1 + 0.03 * i as f32, 0.17 * i as f32, libm::sinf(i as f32));
+            places.push([middle - x, y, z]);
+            places.push([middle + x, y, z]);
+        }
+        places.extend([[middle, 0.0, 0.5], [middle, 0.4, 0.1], [middle, 1.0, -0.2]]);
+        places
+    }
+
+    #[test]
+    fn both_sides_find_each_other_and_the_middle_itself() {
+        for middle in [0.0, 0.7] {
+            let places = mirrored(middle);
+            let partners = find_partners(&places);
+            let expected: Vec<u32> = (0..20).map(|p| p ^ 1).chain(20..23).collect();
+            assert_eq!(partners, expected, "plane at {middle}");
+        }
+    }
+
+    #[test]
+    fn what_is_on_one_side_only_has_no_partner() {
+        let mut places = mirrored(0.0);
+        places.push([0.3, 0.9, 0.9]);
+        places[4][1] += 0.01;
+        let partners = find_partners(&places);
+        assert_eq!((partners[23], partners[4], partners[5]), (NO_PARTNER, NO_PARTNER, NO_PARTNER));
+        assert_eq!(partners[6], 7);
+    }
+
+    #[test]
+    fn crooked_and_empty_meshes_have_no_partners() {
+        let crooked: Vec<[f32; 3]> =
+            (0..40).map(|i| [1.0, 1.7, 2.9].map(|k| libm::sinf(k * (i * i) as f32 + k))).collect();
+        assert!(find_partners(&crooked).iter().all(|&p| p == NO_PARTNER));
+        assert!(find_partners(&[]).is_empty());
+        assert_eq!(find_partners(&[[1.0; 3]; 3]), [NO_PARTNER; 3]);
+    }
+
+    #[test]
+    fn a_heap_at_one_place_is_answered_in_time() {
+        let mut places = mirrored(0.0);
+        places.extend(vec![[0.2, 0.2, 0.2]; 20_000]);
+        let partners = find_partners(&places);
+        assert_eq!(partners.len(), places.len());
+        for (p, &partner) in partners.iter().enumerate() {
+            assert!(partner == NO_PARTNER || partners[partner as usize] == p as u32, "mutual");
+        }
+    }
+}
