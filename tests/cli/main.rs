@@ -10,6 +10,7 @@ mod levels;
 mod outputs;
 mod pictures;
 mod processes;
+mod report_pages;
 mod reports;
 mod surveys;
 mod verification;

@@ -243,3 +243,15 @@ pub struct ManifestBlocked {
     /// Flipped triangle.
     pub flip: u32,
 }
+
+/// What keeps a position from moving, as [`ManifestBlocked`] counts it.
+pub mod obstacle {
+    /// Open border or class fixed.
+    pub const FIXED: u8 = 1;
+    /// Seam without a partner.
+    pub const SEAM: u8 = 2;
+    /// Link condition.
+    pub const TOPOLOGY: u8 = 3;
+    /// Flipped triangle.
+    pub const FLIP: u8 = 4;
+}

@@ -25,7 +25,7 @@ mod types;
 pub use compare::{ImageDifference, compare_images};
 pub use draw::{draw, draw_many};
 pub use ground::{draw_ground, draw_sky};
-pub use picture::{downsample, encode_png};
+pub use picture::{downsample, encode_jpeg, encode_png};
 pub use sample::{level_of_detail, sample};
 pub use texture::{decode_picture, decode_texture};
 pub use types::*;

@@ -34,6 +34,8 @@ Examples:
   crowdbake inspect cast.crowdpack                        what is in it
   crowdbake export cast.crowdpack --character knight --ratio 0.1 -o low.glb
   crowdbake picture cast.crowdpack -o levels.png          see the levels
+  crowdbake report cast.crowdpack -o report.html          a page to look at
+  crowdbake explain cast.crowdpack --ratio 5%             why a level goes no lower, and what to change
   crowdbake verify cast.crowdpack                         check every promise
 
 Exit codes: 0 done, 1 an input was refused or has no character or clip of that name, 2 wrong command line,
@@ -58,6 +60,12 @@ pub enum Command {
     /// Draw levels of detail side by side.
     #[command(after_help = PICTURE_EXAMPLES)]
     Picture(PictureArgs),
+    /// Make one page (HTML) with pictures, curves and tables of every character.
+    #[command(after_help = REPORT_EXAMPLES)]
+    Report(ReportArgs),
+    /// Say what holds a level back: how many points, why, where, and what to change.
+    #[command(after_help = EXPLAIN_EXAMPLES)]
+    Explain(ExplainArgs),
     /// Bake every asset of a folder under both criteria and write a table of the results.
     #[command(after_help = "Example:\n  crowdbake survey assets/ -o REAL_ASSETS.md --pictures pictures/")]
     Survey(SurveyArgs),
@@ -132,6 +140,19 @@ Examples:
   crowdbake compare characters/ -o docs/BENCHMARKS.md
 Levels are judged in poses that no bake has seen: 24 moments half way between sampled frames, spread over all clips, and
 the pose at rest. Distances are in percent of the diagonal of the character's box.";
+
+const REPORT_EXAMPLES: &str = "\
+Examples:
+  crowdbake report cast.crowdpack -o report.html          all characters
+  crowdbake report cast.crowdpack --character knight -o knight.html
+  crowdbake report knight.glb -o knight.html              baked on the way
+The page needs no other file and no network. Seven characters make about 6 MB; with more than eight, pictures get smaller.";
+
+const EXPLAIN_EXAMPLES: &str = "\
+Examples:
+  crowdbake explain cast.crowdpack
+  crowdbake explain cast.crowdpack --character knight --ratio 10%,5%
+  crowdbake explain cast.crowdpack --json | jq '.characters[].causes'";
 
 /// Options that say how to bake; shared by everything that bakes.
 #[derive(Debug, Clone, Default, Args)]
@@ -341,8 +362,45 @@ pub enum Paint {
     Classes,
     /// Textures and edges.
     Wireframe,
-    /// Full detail, coloured by its distance to the level: blue none, red 2 % of the height.
+    /// Full detail, coloured by its distance to the level: grey none, dark red from 2 % of the height on.
     Error,
+}
+
+/// `report`.
+#[derive(Debug, Args)]
+pub struct ReportArgs {
+    /// A pack, or an asset to be baked on the way.
+    #[arg(value_name = "PACK|ASSET")]
+    pub input: PathBuf,
+    /// The page to write; replaced whole or not at all.
+    #[arg(short, long, value_parser = output_parser(), value_name = "OUT.html")]
+    pub output: PathBuf,
+    /// A character; may be repeated [default: all].
+    #[arg(long, value_name = "NAME")]
+    pub character: Vec<String>,
+    /// How to bake, for an asset.
+    #[command(flatten)]
+    pub options: BakeOptions,
+}
+
+/// `explain`.
+#[derive(Debug, Args)]
+pub struct ExplainArgs {
+    /// A pack, or an asset to be baked on the way.
+    #[arg(value_name = "PACK|ASSET")]
+    pub input: PathBuf,
+    /// A character; may be repeated [default: all].
+    #[arg(long, value_name = "NAME")]
+    pub character: Vec<String>,
+    /// Shares of the triangles that you want, as 0.1 or 10%: reached or not, and the error there.
+    #[arg(long, value_delimiter = ',', value_parser = parse_share, value_name = "R,...")]
+    pub ratio: Vec<f64>,
+    /// Print JSON instead of lines.
+    #[arg(long)]
+    pub json: bool,
+    /// How to bake, for an asset.
+    #[command(flatten)]
+    pub options: BakeOptions,
 }
 
 /// `survey`.
@@ -473,6 +531,17 @@ fn parse_percent(text: &str) -> Result<f64, String> {
     if fits { Ok(percent / 100.0) } else { Err(format!("found {percent}, allowed above 0 and up to 100")) }
 }
 
+/// A share as a number or in percent.
+fn parse_share(text: &str) -> Result<f64, String> {
+    let Some(percent) = text.trim().strip_suffix('%') else { return parse_ratio(text) };
+    let percent: f64 = percent.trim().parse().map_err(|_| "not a number".to_owned())?;
+    if percent > 0.0 && percent <= 100.0 {
+        Ok(percent / 100.0)
+    } else {
+        Err(format!("found {percent} %, allowed above 0 and up to 100 %"))
+    }
+}
+
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let (width, height) = text.split_once('x').ok_or("expected WIDTHxHEIGHT, as in 320x420")?;
     let side = |part: &str| part.parse::<u32>().ok().filter(|side| (16..=4096).contains(side));
@@ -497,6 +566,9 @@ mod tests {
         assert_eq!(parse_ratio("0.25"), Ok(0.25));
         assert_eq!(parse_ratio("25").unwrap_err(), "found 25, allowed above 0 and up to 1");
         assert!(parse_ratio("nan").is_err());
+        assert_eq!([parse_share("10%"), parse_share(" 2.5 %"), parse_share("0.1")], [Ok(0.1), Ok(0.025), Ok(0.1)]);
+        assert_eq!(parse_share("250%").unwrap_err(), "found 250 %, allowed above 0 and up to 100 %");
+        assert!(parse_share("%").is_err() && parse_share("NaN%").is_err());
         assert_eq!(parse_size("64x32"), Ok([64, 32]));
         assert!(parse_size("64").is_err() && parse_size("1x99999").is_err());
         assert!(parse_fps("0").is_err() && parse_fps("NaN").is_err());

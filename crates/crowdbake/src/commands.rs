@@ -2,22 +2,25 @@
 
 use crate::bake::{BakedCharacter, bake_plan};
 use crate::cli::{
-    BakeArgs, BakeOptions, Cli, Command, CompareArgs, ExportArgs, InspectArgs, PictureArgs, PrintConfigArgs,
-    SurveyArgs, VerifyArgs,
+    BakeArgs, BakeOptions, Cli, Command, CompareArgs, ExplainArgs, ExportArgs, InspectArgs, PictureArgs,
+    PrintConfigArgs, ReportArgs, SurveyArgs, VerifyArgs,
 };
 use crate::compare::{self, CompareRequest};
 use crate::error::{BakeError, Cause, DONE, INPUT_REFUSED, Step, USAGE};
+use crate::explain::Explanation;
 use crate::inspect::{inspect_asset, inspect_pack};
 use crate::output::{expect_writable, print, refuse_inputs, refuse_twins, write_whole};
 use crate::picture::{PictureRequest, Pose, draw_picture, refuse_large_picture};
 use crate::plan::{Plan, make_plan};
 use crate::report::{CharacterReport, PackReport, Report, SCHEMA_VERSION, SectionReport, refused_inputs, to_json};
+use crate::report_page::make_page;
 use crate::talk::{Loudness, Talk};
 use crate::unpack::{Unpacked, choose_character, is_pack, open, triangle_target};
 use crate::{survey, verify};
 use clap::{CommandFactory, Parser};
 use crowd_judge::JudgeOptions;
-use crowd_pack::{LodRecord, ManifestTarget, Pack, WriteReport};
+use crowd_pack::{LodRecord, ManifestTarget, Pack, PackContents, WriteReport};
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -55,6 +58,8 @@ pub fn run_in<A: Into<OsString> + Clone>(
         Command::Verify(args) => verify_pack(&args, out, &talk),
         Command::Export(args) => export(&args, &talk),
         Command::Picture(args) => picture(&args, &talk),
+        Command::Report(args) => report(&args, &mut talk),
+        Command::Explain(args) => explain(&args, out),
         Command::Survey(args) => make_survey(&args, out, &mut talk),
         Command::Compare(args) => compare(&args, out, &talk),
         Command::PrintConfig(args) => print_config(&args, out, &talk),
@@ -483,6 +488,64 @@ fn compare(args: &CompareArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u
         print(out, &compare::to_text(&comparison))?;
     }
     Ok(code)
+}
+
+fn report(args: &ReportArgs, talk: &mut Talk<'_>) -> Result<u8, BakeError> {
+    refuse_inputs(&args.output, std::slice::from_ref(&args.input))?;
+    expect_writable(&args.output)?;
+    let opened = open(&args.input, &args.options)?;
+    let contents = opened.contents();
+    let chosen = choose_characters(contents, &args.character)?;
+    let title = args.input.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    talk.start_progress(chosen.len());
+    let page = make_page(contents, &title, &chosen, &|name, share| talk.advance(share, name, "draw"));
+    talk.end_progress();
+    let page = page?;
+    write_whole(&args.output, page.as_bytes())?;
+    talk.note(format_args!(
+        "{}: {} character(s), {} bytes",
+        args.output.display(),
+        chosen.len(),
+        crate::inspect::grouped(page.len() as u64)
+    ));
+    Ok(DONE)
+}
+
+/// The characters named, each once, in the pack's order; all where none is named.
+fn choose_characters(contents: &PackContents, names: &[String]) -> Result<Vec<usize>, BakeError> {
+    if names.is_empty() {
+        return Ok((0..contents.characters.len()).collect());
+    }
+    let chosen: Result<BTreeSet<usize>, _> = names.iter().map(|name| choose_character(contents, Some(name))).collect();
+    Ok(chosen?.into_iter().collect())
+}
+
+fn explain(args: &ExplainArgs, out: &mut dyn Write) -> Result<u8, BakeError> {
+    #[derive(serde::Serialize)]
+    struct Explained {
+        schema_version: u32,
+        pack: String,
+        characters: Vec<Explanation>,
+    }
+    let opened = open(&args.input, &args.options)?;
+    let contents = opened.contents();
+    let (mut characters, mut text) = (Vec::new(), String::new());
+    for index in choose_characters(contents, &args.character)? {
+        let character = Unpacked::new(contents, index);
+        let explanation = crate::explain::explain(&character, &args.ratio);
+        let clips: Vec<&str> = character.manifest.clips.iter().map(|clip| clip.name.as_str()).collect();
+        if !text.is_empty() {
+            text.push('\n');
+        }
+        text.push_str(&crate::explain::to_text(&explanation, &clips));
+        characters.push(explanation);
+    }
+    if args.json {
+        let pack = args.input.to_string_lossy().into_owned();
+        text = to_json(&Explained { schema_version: SCHEMA_VERSION, pack, characters });
+    }
+    print(out, &text)?;
+    Ok(DONE)
 }
 
 fn make_survey(args: &SurveyArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> Result<u8, BakeError> {

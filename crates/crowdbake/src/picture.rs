@@ -1,14 +1,14 @@
 //! Levels of detail side by side: one column a level, one row a pose.
 
 use crate::cli::Paint;
+use crate::draw_level::{Look, Scene, Surfaces, class_colors, clip_palette, frame_character, pose_character};
 use crate::error::{BakeError, Cause, Step};
+use crate::heat::{heat_colors, red_distance_m};
 use crate::label::write_label;
-use crate::paint_error::paint_error;
-use crate::pose::{Mat3x4, Posed, palette_at, pose_mesh};
+use crate::pose::Mat3x4;
 use crate::unpack::Unpacked;
-use crowd_pack::{LodRecord, MaterialRecord, NONE, VertexRecord, material_flags, vertex_class};
-use crowd_raster::{Batch, Fill, Material, Target, Texture, View, Wrap};
-use glam::Vec3;
+use crowd_pack::LodRecord;
+use crowd_raster::Target;
 use rayon::prelude::*;
 
 /// Samples along each side of a pixel.
@@ -17,14 +17,10 @@ const SUPERSAMPLING: u32 = 3;
 const PICTURE_PX: u64 = 1 << 26;
 /// Pixels of the cells that are drawn at the same time; each pixel takes 72 bytes of samples.
 const CELLS_AT_ONCE_PX: u64 = 1 << 22;
-/// Textures are halved down to this many pixels a side: cells are small.
-const TEXTURE_SIDE_PX: u32 = 1024;
-/// Vertical field of view of a cell, radians: long enough a lens to leave proportions alone.
-const FIELD_OF_VIEW_RAD: f32 = 0.35;
+/// Sides of a cell over sides of the character: a tenth of air, and the label's line above.
+const MARGIN: f32 = 1.15;
 const BACKGROUND: [u8; 4] = [226, 230, 234, 255];
 const INK: [u8; 4] = [40, 44, 52, 255];
-/// Distance that is painted red, as a share of the height.
-const RED_SHARE: f32 = 0.02;
 
 /// What to draw.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,12 +75,12 @@ pub fn draw_picture(character: &Unpacked<'_>, request: &PictureRequest) -> Resul
     let mut strip = Target::new(width * columns, height * request.rows.len() as u32, BACKGROUND);
     for (row, pose) in request.rows.iter().enumerate() {
         let (palette, label) = pose_palette(character, pose).map_err(fail)?;
-        let posed =
-            pose_mesh(&character.positions, &character.normals, &character.joints, &character.weights, &palette);
-        let view = frame_character(&posed.positions, request.size, request.turn_deg);
+        let posed = pose_character(character, &palette);
+        let view = frame_character(&posed.positions, request.size, request.turn_deg, MARGIN);
+        let scene = Scene { character, surfaces: &surfaces, posed: &posed, view: &view };
         let draw = |&ratio: &f64| {
             let (level, reached) = character.level_of_ratio(ratio);
-            let mut cell = draw_cell(character, &surfaces, &posed, level, &view, request);
+            let mut cell = draw_cell(&scene, level, request);
             let text = level_label(level, character.record.triangle_count, reached);
             write_label(&mut cell, [8, 8], &text, 2, INK);
             cell
@@ -109,137 +105,29 @@ fn level_label(level: LodRecord, full_triangle_count: u32, reached: bool) -> Str
     format!("{} TRI  {share}%{lowest}", level.triangle_count)
 }
 
-fn draw_cell(
-    character: &Unpacked<'_>,
-    surfaces: &Surfaces,
-    posed: &Posed,
-    level: LodRecord,
-    view: &View,
-    request: &PictureRequest,
-) -> Target {
+fn draw_cell(scene: &Scene<'_>, level: LodRecord, request: &PictureRequest) -> Target {
+    let character = scene.character;
     let triangles = character.level_triangles(level);
-    let (fill, colors, triangles) = match request.paint {
-        Paint::Shaded => (Fill::Shaded, surfaces.colors.clone(), triangles),
-        Paint::Wireframe => (Fill::Wireframe, surfaces.colors.clone(), triangles),
-        Paint::Classes => (Fill::VertexColor, class_colors(character), triangles),
-        Paint::Error => {
-            let red_at_m = RED_SHARE * character.record.height_m.max(1e-6);
-            let colors =
-                paint_error(&posed.positions, character.collapse_map, &triangles, level.vertex_count, red_at_m);
-            (Fill::VertexColor, colors, character.triangles.to_vec())
-        }
-    };
     let [width, height] = request.size.map(|side| side * SUPERSAMPLING);
     let mut target = Target::new(width, height, BACKGROUND);
-    let batch = Batch {
-        positions: &posed.positions,
-        normals: &posed.normals,
-        uvs: &surfaces.uvs,
-        colors: &colors,
-        vertex_materials: &surfaces.vertex_materials,
-        triangles: &triangles,
-        materials: &surfaces.materials,
-        textures: &surfaces.textures,
-        fill,
-    };
-    crowd_raster::draw(&mut target, view, &batch);
+    match request.paint {
+        Paint::Shaded => scene.draw(&mut target, &triangles, &Look::Textured),
+        Paint::Wireframe => scene.draw(&mut target, &triangles, &Look::TexturedEdges),
+        Paint::Classes => scene.draw(&mut target, &triangles, &Look::Painted(&class_colors(character))),
+        Paint::Error => {
+            let posed = &scene.posed.positions;
+            let distances_m = crowd_lod::distances_to_surface(posed, posed, &triangles);
+            let colors = heat_colors(&distances_m, red_distance_m(character.record.height_m));
+            scene.draw(&mut target, character.triangles, &Look::Painted(&colors));
+        }
+    }
     crowd_raster::downsample(&target, SUPERSAMPLING)
-}
-
-/// Grey regular, amber companion, red fixed; linear.
-fn class_colors(character: &Unpacked<'_>) -> Vec<[u8; 4]> {
-    let color = |vertex: &VertexRecord| match vertex.class() {
-        vertex_class::COMPANION => [235, 130, 10, 255],
-        vertex_class::FIXED => [190, 12, 20, 255],
-        _ => [90, 105, 120, 255],
-    };
-    character.vertices.iter().map(color).collect()
 }
 
 fn pose_palette(character: &Unpacked<'_>, pose: &Pose) -> Result<(Vec<Mat3x4>, String), Cause> {
     let Pose::Clip(asked, time_s) = pose else { return Ok((character.rest_palette(), "AT REST".to_owned())) };
-    let Some(clip) = character.manifest.clips.iter().position(|clip| clip.name == *asked) else {
-        let names: Vec<&str> = character.manifest.clips.iter().map(|clip| clip.name.as_str()).collect();
-        return Err(Cause::ClipNotFound { asked: asked.clone(), found: names.join(", ") });
-    };
-    let duration_s = character.clips[clip].duration_s;
-    let time_s = time_s.unwrap_or(duration_s / 2.0);
-    let palette = palette_at(&character.palettes(clip), character.joint_count(), duration_s, time_s);
+    let (palette, time_s) = clip_palette(character, asked, *time_s)?;
     Ok((palette, format!("{asked} {time_s:.2} S")))
-}
-
-/// A camera in front of the character that holds all of it, whatever its axes and size.
-fn frame_character(positions: &[[f32; 3]], size: [u32; 2], turn_deg: f32) -> View {
-    let turn_rad = turn_deg.to_radians();
-    let back = Vec3::new(libm::sinf(turn_rad), 0.14, libm::cosf(turn_rad)).normalize();
-    let right = Vec3::Y.cross(back).normalize();
-    let up = back.cross(right);
-    let extent = |axis: Vec3| {
-        let places = positions.iter().map(|&p| axis.dot(Vec3::from(p)));
-        places.fold((f32::MAX, f32::MIN), |(low, high), place| (low.min(place), high.max(place)))
-    };
-    let [x, y, z] = [extent(right), extent(up), extent(back)];
-    let middle = |(low, high): (f32, f32)| (low + high) / 2.0;
-    let half = |(low, high): (f32, f32)| ((high - low) / 2.0).max(1e-6);
-    let center = right * middle(x) + up * middle(y) + back * middle(z);
-    let aspect = size[0] as f32 / size[1] as f32;
-    // A tenth of air, and the label's line above.
-    let reach = 1.15 * half(y).max(half(x) / aspect);
-    let distance = reach / libm::tanf(FIELD_OF_VIEW_RAD / 2.0) + half(z);
-    let eye = center + back * distance;
-    let depth = half(x).max(half(y)).max(half(z)) * 4.0;
-    let near = (distance - depth).max(distance * 0.01);
-    let clip_from_view =
-        glam::camera::rh::proj::directx::perspective(FIELD_OF_VIEW_RAD, aspect, near, distance + depth);
-    View { clip_from_world: clip_from_view * glam::camera::rh::view::look_at_mat4(eye, center, Vec3::Y), eye }
-}
-
-/// Materials, textures and vertex attributes as the rasteriser wants them.
-struct Surfaces {
-    materials: Vec<Material>,
-    textures: Vec<Texture>,
-    uvs: Vec<[f32; 2]>,
-    colors: Vec<[u8; 4]>,
-    vertex_materials: Vec<u16>,
-}
-
-impl Surfaces {
-    fn load(character: &Unpacked<'_>) -> Result<Self, Cause> {
-        let mut images: Vec<u32> = character.materials.iter().map(|m| m.image).filter(|&image| image != NONE).collect();
-        images.sort_unstable();
-        images.dedup();
-        let decode = |&image: &u32| {
-            let record = character.contents.images[image as usize];
-            let bytes = &character.contents.image_bytes[record.byte_offset as usize..][..record.byte_count as usize];
-            crowd_raster::decode_texture(bytes, TEXTURE_SIDE_PX)
-        };
-        Ok(Self {
-            textures: images.par_iter().map(decode).collect::<Result<_, _>>()?,
-            materials: character.materials.iter().map(|record| raster_material(record, &images)).collect(),
-            uvs: character.vertices.iter().map(|vertex| vertex.uv).collect(),
-            colors: character.vertices.iter().map(|vertex| vertex.color.to_le_bytes()).collect(),
-            vertex_materials: character.vertices.iter().map(|vertex| vertex.material() as u16).collect(),
-        })
-    }
-}
-
-fn raster_material(record: &MaterialRecord, images: &[u32]) -> Material {
-    use material_flags::{DOUBLE_SIDED, FLAT, UNLIT, WRAP_MASK, WRAP_U_SHIFT, WRAP_V_SHIFT};
-    let wrap = |shift: u32| match (record.flags >> shift) & WRAP_MASK {
-        1 => Wrap::Clamp,
-        2 => Wrap::Mirror,
-        _ => Wrap::Repeat,
-    };
-    Material {
-        base_color: record.base_color,
-        texture: images.binary_search(&record.image).ok().map(|place| place as u32),
-        wrap_u: wrap(WRAP_U_SHIFT),
-        wrap_v: wrap(WRAP_V_SHIFT),
-        alpha_cutoff: record.alpha_cutoff,
-        double_sided: record.flags & DOUBLE_SIDED != 0,
-        unlit: record.flags & UNLIT != 0,
-        flat: record.flags & FLAT != 0,
-    }
 }
 
 fn paste(strip: &mut Target, cell: &Target, at: [u32; 2]) {

@@ -1,0 +1,97 @@
+//! The explanation as lines for people.
+
+use super::{Cause, Explanation, Place, Target};
+use crate::inspect::grouped;
+use crate::units::{length, percent};
+use std::fmt::Write;
+
+/// Places listed before the rest is only counted.
+const LISTED_PLACES: usize = 10;
+
+/// Lines for people. Writing to a `String` cannot fail, so the results of `write!` are not looked at.
+///
+/// `clips`: the character's clips by name, for the frames of targets.
+pub fn to_text(explanation: &Explanation, clips: &[&str]) -> String {
+    let e = explanation;
+    let mut out = String::new();
+    let share = f64::from(e.coarsest.triangles) / f64::from(e.full.triangles.max(1));
+    let _ = writeln!(
+        out,
+        "{} (from {}): the coarsest level has {} of {} triangles ({}), criteria {}",
+        e.character,
+        e.source,
+        grouped(e.coarsest.triangles),
+        grouped(e.full.triangles),
+        percent(share),
+        e.criteria
+    );
+    for target in &e.targets {
+        write_target(&mut out, target, clips);
+    }
+    let o = e.obstacles;
+    let _ = writeln!(
+        out,
+        "  held          {} positions: {} fixed, {} seam, {} topology, {} flip",
+        grouped(e.stuck_positions),
+        grouped(o.fixed),
+        grouped(o.seam),
+        grouped(o.topology),
+        grouped(o.flip)
+    );
+    for cause in &e.causes {
+        let _ = writeln!(out, "  {:>6} x      {}", grouped(cause.count), cause.what);
+        if cause.cause != Cause::LastPiece {
+            let _ = writeln!(out, "                change: {}", cause.remedy);
+        }
+        if let Some(flag) = cause.flag {
+            let _ = writeln!(out, "                or bake with {flag}");
+        }
+    }
+    for place in e.places.iter().take(LISTED_PLACES) {
+        write_place(&mut out, place);
+    }
+    let rest = &e.places[e.places.len().min(LISTED_PLACES)..];
+    if !rest.is_empty() {
+        let count: u32 = rest.iter().map(|place| place.count).sum();
+        let _ = writeln!(out, "  where         {} more in {} other places", grouped(count), rest.len());
+    }
+    // Names come from files, and a terminal obeys what it is shown.
+    out.split_inclusive('\n').map(|line| crate::talk::printable(line.trim_end_matches('\n')) + "\n").collect()
+}
+
+fn write_target(out: &mut String, target: &Target, clips: &[&str]) {
+    let word = if target.reached { "reached" } else { "not reached" };
+    let _ =
+        write!(out, "  target        {} ({} triangles): {word}, ", percent(target.ratio), grouped(target.triangles));
+    let nearest = if target.reached { "the level" } else { "the coarsest level" };
+    let _ = write!(out, "{nearest} has {}", grouped(target.level.triangles));
+    if let Some(measured) = target.measured {
+        let clip = clips.get(measured.max_clip as usize).copied().unwrap_or("-");
+        let _ = write!(
+            out,
+            "; error at {} triangles: {} RMS, {} at most (clip {clip}, frame {})",
+            grouped(measured.triangles),
+            length(measured.rms_m),
+            length(measured.max_m),
+            measured.max_frame
+        );
+    }
+    out.push('\n');
+    if !target.furthest.is_empty() {
+        let places: Vec<String> =
+            target.furthest.iter().map(|place| format!("{} {}", place.joint, length(place.max_m))).collect();
+        let _ = writeln!(out, "                furthest off at joints {}", places.join(", "));
+    }
+}
+
+fn write_place(out: &mut String, place: &Place) {
+    let _ = write!(out, "  where         {} on {}", grouped(place.count), place.material);
+    if let [part] = place.parts.as_slice()
+        && *part != place.material
+    {
+        let _ = write!(out, " (part {part})");
+    }
+    let _ = write!(out, " at joint {}", place.joint);
+    let causes: Vec<String> = place.causes.iter().map(|(cause, count)| format!("{count} {}", cause.name())).collect();
+    let _ = writeln!(out, ": {}", causes.join(", "));
+}

@@ -1,0 +1,105 @@
+//! The table of a character's measured levels.
+
+use super::html::{Text, length, percent};
+use super::sections::Portrait;
+use super::shown_levels::frame_time_s;
+use crate::inspect::grouped;
+use crowd_pack::ManifestMeasured;
+use std::fmt::Write;
+
+/// Rows shown at once; with more, the table opens on demand.
+const OPEN_ROWS: usize = 20;
+
+/// Writes the levels shown with what was measured there, as a short table beside the viewer.
+pub(crate) fn write_summary(out: &mut String, portrait: &Portrait<'_>) {
+    let record = portrait.character.record;
+    let told: Vec<_> = portrait.explanation.targets.iter().filter_map(|t| Some((t, t.measured?))).collect();
+    if told.is_empty() {
+        return;
+    }
+    out.push_str(
+        "<div><table class=\"numbers summary\"><thead><tr><th scope=\"col\">Level</th><th scope=\"col\">Triangles</th>\
+         <th scope=\"col\">Off by<br/>(RMS)</th><th scope=\"col\">At most</th><th scope=\"col\">One pixel<br/>at height</th></tr></thead><tbody>",
+    );
+    for (target, measured) in told {
+        let _ = write!(out, "<tr><td>{}</td>", percent(target.ratio));
+        if target.reached {
+            let _ = write!(
+                out,
+                "<td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                grouped(target.level.triangles),
+                length(measured.rms_m),
+                length(measured.max_m),
+                pixel_height(measured.rms_m, record.height_m)
+            );
+        } else {
+            out.push_str("<td colspan=\"4\">not reached</td></tr>");
+        }
+    }
+    out.push_str(
+        "</tbody></table><p class=\"small soft\">Distances to full detail over all clips, measured at this level or the next \
+         coarser one. At most: the one worst point. Last column: how tall the character is on the screen when the RMS \
+         distance is one pixel.</p></div>",
+    );
+}
+
+/// Writes the table, finest level first.
+pub(crate) fn write_numbers(out: &mut String, portrait: &Portrait<'_>) {
+    let measured = &portrait.character.manifest.measured;
+    if measured.is_empty() {
+        return;
+    }
+    let open = if measured.len() <= OPEN_ROWS { " open=\"open\"" } else { "" };
+    let name = Text(&portrait.character.manifest.name);
+    let _ = write!(
+        out,
+        "<details{open}><summary>The numbers of {} measured levels</summary>\
+         <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Measured levels of {name}\">\
+         <table class=\"numbers\"><thead><tr><th scope=\"col\">Level</th><th scope=\"col\">Triangles</th>\
+         <th scope=\"col\">Vertices</th><th scope=\"col\">RMS</th><th scope=\"col\">Largest</th>\
+         <th scope=\"col\">of the height</th><th scope=\"col\">one pixel<br/>when under</th>\
+         <th scope=\"col\" class=\"words\">Largest in</th></tr></thead><tbody>",
+        measured.len()
+    );
+    for level in measured.iter().rev() {
+        write_row(out, portrait, level);
+    }
+    out.push_str("</tbody></table></div></details>");
+}
+
+fn write_row(out: &mut String, portrait: &Portrait<'_>, level: &ManifestMeasured) {
+    let character = portrait.character;
+    let record = character.record;
+    let share = f64::from(level.triangle_count) / f64::from(record.triangle_count.max(1));
+    let _ = write!(
+        out,
+        "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"words\">{}</td></tr>",
+        percent(share),
+        grouped(level.triangle_count),
+        grouped(level.vertex_count),
+        length(level.rms_m),
+        length(level.max_m),
+        share_of_height(level.max_m, record.height_m),
+        pixel_height(level.max_m, record.height_m),
+        moment(portrait, level)
+    );
+}
+
+fn share_of_height(distance_m: f32, height_m: f32) -> String {
+    if height_m > 0.0 { percent(f64::from(distance_m) / f64::from(height_m)) } else { "–".to_owned() }
+}
+
+/// The height on the screen below which the distance is less than a pixel.
+fn pixel_height(distance_m: f32, height_m: f32) -> String {
+    let height_px = f64::from(height_m) / f64::from(distance_m);
+    if height_px.is_finite() && height_px < 1e5 { format!("{height_px:.0} px") } else { "–".to_owned() }
+}
+
+/// Clip and time of the largest distance, escaped.
+fn moment(portrait: &Portrait<'_>, level: &ManifestMeasured) -> String {
+    let clip = level.max_clip as usize;
+    let named = portrait.character.manifest.clips.get(clip).zip(portrait.character.clips.get(clip));
+    let Some((manifest, record)) = named else { return "–".to_owned() };
+    let time_s = frame_time_s(record.duration_s, level.max_frame, record.frame_count);
+    format!("{}, {time_s:.2} s (frame {})", Text(&manifest.name), level.max_frame)
+}
