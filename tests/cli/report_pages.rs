@@ -193,7 +193,7 @@ fn names_stay_text_whatever_they_are() {
     bench.run(&["report", "@odd <b>&.crowdpack", "-o", "@report.html"]).expect(0);
     let page = page(&bench);
     check(&page);
-    assert!(!page.contains("<script>alert") && !page.contains('\u{202e}') && !page.contains("<b>&"));
+    assert!(!page.contains("<script>alert") && !page.contains('\u{202e}') && !page.contains("odd <b>"));
     assert!(page.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
     let text = bench.run(&["explain", "@odd <b>&.crowdpack", "--ratio", "10%"]).expect(0).out;
     assert!(!text.contains('\u{202e}'));
