@@ -11,8 +11,8 @@ use rayon::prelude::*;
 pub fn distances_to_surface(points: &[[f32; 3]], positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<f32> {
     let mut tree = ClosestTriangles::new(positions, triangles);
     tree.refit(positions, triangles);
-    let squared = |&point: &[f32; 3]| tree.distance_squared(point, positions, triangles);
-    points.par_iter().map(|point| squared(point).map_or(f32::INFINITY, f32::sqrt)).collect()
+    let closest = |&point: &[f32; 3]| tree.closest(point, positions, triangles, u32::MAX);
+    points.par_iter().map(|point| closest(point).map_or(f32::INFINITY, |(_, squared)| squared.sqrt())).collect()
 }
 
 #[cfg(test)]
