@@ -57,7 +57,8 @@ pub(crate) fn write_numbers(out: &mut String, portrait: &Portrait<'_>) {
          <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Measured levels of {name}\">\
          <table class=\"numbers\"><thead><tr><th scope=\"col\">Level</th><th scope=\"col\">Triangles</th>\
          <th scope=\"col\">Vertices</th><th scope=\"col\">RMS</th><th scope=\"col\">Largest</th>\
-         <th scope=\"col\">of the height</th><th scope=\"col\">one pixel<br/>when under</th>\
+         <th scope=\"col\">Bound</th><th scope=\"col\">Bound at<br/>720 px tall</th><th scope=\"col\">Texture<br/>drift</th>\
+         <th scope=\"col\">Normals</th>\
          <th scope=\"col\" class=\"words\">Largest in</th></tr></thead><tbody>",
         measured.len()
     );
@@ -73,20 +74,18 @@ fn write_row(out: &mut String, portrait: &Portrait<'_>, level: &ManifestMeasured
     let share = f64::from(level.triangle_count) / f64::from(record.triangle_count.max(1));
     let _ = write!(
         out,
-        "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td class=\"words\">{}</td></tr>",
+        "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.1} px</td><td>{:.1} texels</td><td>{:.1}°</td><td class=\"words\">{}</td></tr>",
         percent(share),
         grouped(level.triangle_count),
         grouped(level.vertex_count),
         length(level.rms_m),
         length(level.max_m),
-        share_of_height(level.max_m, record.height_m),
-        pixel_height(level.max_m, record.height_m),
+        length(level.bound_m),
+        level.bound_px,
+        level.uv_drift_p95_texels,
+        level.normal_mean_deg,
         moment(portrait, level)
     );
-}
-
-fn share_of_height(distance_m: f32, height_m: f32) -> String {
-    if height_m > 0.0 { percent(f64::from(distance_m) / f64::from(height_m)) } else { "–".to_owned() }
 }
 
 /// The height on the screen below which the distance is less than a pixel.

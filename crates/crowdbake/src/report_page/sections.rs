@@ -239,7 +239,11 @@ fn write_chart(out: &mut String, portrait: &Portrait<'_>, id: &str) {
         full_triangle_count: character.record.triangle_count,
         height_m: character.record.height_m,
         marks: marks.map(|&ratio| (ratio, character.level_of_ratio(ratio).0.triangle_count)).collect(),
-        curves: vec![curve("largest distance", "max", |m| m.max_m), curve("RMS distance", "rms", |m| m.rms_m)],
+        curves: vec![
+            curve("largest distance", "max", |m| m.max_m),
+            curve("RMS distance", "rms", |m| m.rms_m),
+            curve("bound over all frames", "bound", |m| m.bound_m),
+        ],
     };
     out.push_str("<h3>How far each level is from full detail</h3>");
     match to_svg(&chart, id) {
