@@ -3,8 +3,8 @@
 mod bench;
 mod determinism;
 mod exports;
-mod hostile;
 mod frames;
+mod hostile;
 mod inputs;
 mod levels;
 mod outputs;
