@@ -130,10 +130,10 @@ impl Rules {
 
     /// Whether `u` may collapse onto the other end of `edge`, which is one of `u`'s `spokes`.
     ///
-    /// Both criteria ask the same of seams: each wedge of `u` needs one image in a triangle on the edge. Under
-    /// Peng 2011 that is condition 2 for companions; its condition 1 lets a regular vertex go anywhere, but a slit's
+    /// The paper's criteria: each wedge of `u` needs one image in a triangle on the edge. For companions
+    /// that is Peng 2011's condition 2; its condition 1 lets a regular vertex go anywhere, but a slit's
     /// end that moves along its slit would leave a triangle of no width, so we ask it of regular vertices too. Link
-    /// condition and flip test are ours in both: they keep every prefix of the order a valid mesh.
+    /// condition and flip test are ours: they keep every prefix of the order a valid mesh.
     pub fn check(
         &self,
         topology: &Topology,

@@ -1,13 +1,14 @@
 //! A mesh and its poses in, a collapse order with measured errors out.
 //!
 //! Follows Peng, Park, Cao, Tian 2011 §4: split vertices along UV seams, classify them as fixed, companioned or regular,
-//! collapse half-edges in the order of a quadric error averaged over all frames of all clips. The default criteria test
-//! wedges per collapse instead of once (see [`Criteria::Wedge`]).
+//! collapse half-edges in the order of a quadric error averaged over all frames of all clips. The default criteria charge
+//! what the paper forbids (see [`Criteria::Wedge`]).
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
 //!
 //! One module a step: `split_seams` (with `separate_layers` and `duplicate_triangles`), `classify`, `frames` (with `align`),
-//! `quadrics`, `criteria`, `layer_gaps`, `symmetry`, `collapse` (on a `topology`), `reorder`, `reform`, `check_frames`, `level_mesh`,
-//! `refit`, `measure`, `choose_levels`, `worst_frames`, `measure_surfaces`, `interpenetration`.
+//! `quadrics`, `attributes`, `behind`, `criteria`, `layer_gaps`, `symmetry`, `collapse` (on a `topology`, with `find_images`),
+//! `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `choose_levels`, `worst_frames`, `measure_surfaces`,
+//! `interpenetration`.
 
 mod align;
 mod attributes;
@@ -69,7 +70,8 @@ const MAX_RERUNS: u32 = 2;
 /// [`Error::Parameter`] when the slices disagree or hold indices or numbers that are not allowed, and when the frames would
 /// take more memory than is allowed.
 ///
-/// Paper: Peng 2011 §4. Departs: link condition and flip test guard both criteria, so that every level is a valid mesh.
+/// Paper: Peng 2011 §4, attributes by Hoppe 1999. Departs: a flip test guards both criteria, a link condition [`Criteria::Peng2011`],
+/// so that every level is a valid mesh.
 /// Cost: about (vertices x frames that count) to build, and per collapse some ten evaluations over those frames; twice or
 /// three times that when the check of [`FrameChoice::Auto`] fails.
 pub fn simplify(

@@ -71,8 +71,8 @@ pub struct LodPoses<'a> {
 /// Which collapses are allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Criteria {
-    /// Per-collapse wedge test (default): u may move to t when every wedge of u has exactly one image wedge in a triangle
-    /// that holds both; re-tested as seams close.
+    /// Everything has a price (default): wedges move in pairs along their seam where they can, and keep what they show where they
+    /// have no image; lost parts and turned triangles are charged.
     #[default]
     Wedge,
     /// Peng 2011 §4.2 to the letter: classes are fixed once; fixed vertices never move.
