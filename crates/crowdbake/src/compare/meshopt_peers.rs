@@ -15,11 +15,33 @@ const UV_WEIGHT: f32 = 1.0;
 const SKIN_WEIGHT: f32 = 0.5;
 /// Normal and texture coordinate.
 const SURFACE_ATTRIBUTES: usize = 5;
+/// Calls beyond the first, each for a fiftieth more triangles.
+const RETRIES: u32 = 6;
 /// The library takes so many attributes.
 const MOST_ATTRIBUTES: usize = 32;
 
-/// One level; `None` where nothing is left.
+/// One level; `None` where nothing is left. The library often stops below its target, so that it is asked for a little more
+/// until it comes as near as it can: the seconds are those of the call whose level is kept.
 pub(super) fn make_level(subject: &Subject, contender: Contender, target: u32) -> Option<MadeLevel> {
+    let mut kept: Option<MadeLevel> = None;
+    for step in 0..=RETRIES {
+        let made = make_once(subject, contender, target + target * step / 50);
+        let count = |level: &MadeLevel| level.level.mesh.triangles.len();
+        let better = |level: &MadeLevel| {
+            count(level) <= target as usize && kept.as_ref().is_none_or(|k| count(level) > count(k))
+        };
+        if let Some(level) = made.filter(better) {
+            let exact = count(&level) == target as usize;
+            kept = Some(level);
+            if exact {
+                break;
+            }
+        }
+    }
+    kept.or_else(|| make_once(subject, contender, target))
+}
+
+fn make_once(subject: &Subject, contender: Contender, target: u32) -> Option<MadeLevel> {
     let moves = matches!(contender, Contender::MeshoptUpdate | Contender::MeshoptBest);
     let whole = matches!(contender, Contender::MeshoptGlobal | Contender::MeshoptBest);
     let triangles = &subject.raw.mesh.triangles;
@@ -90,10 +112,13 @@ impl Piece {
             let v = source as usize;
             attributes.extend(at_rest.normals[v]);
             attributes.extend(mesh.uvs[v]);
-            let influences = mesh.joints[v].into_iter().zip(mesh.weights[v]);
-            attributes.extend(columns.iter().map(|joint| {
-                influences.clone().filter(|(other, _)| other == joint).map(|(_, weight)| weight).sum::<f32>()
-            }));
+            let weights = attributes.len();
+            attributes.resize(weights + columns.len(), 0.0);
+            for (joint, weight) in mesh.joints[v].into_iter().zip(mesh.weights[v]) {
+                if let Some(column) = column_of(subject, &columns, joint) {
+                    attributes[weights + column] += weight;
+                }
+            }
         }
         let mut attribute_weights = vec![NORMAL_WEIGHT, NORMAL_WEIGHT, NORMAL_WEIGHT, UV_WEIGHT, UV_WEIGHT];
         attribute_weights.resize(SURFACE_ATTRIBUTES + columns.len(), SKIN_WEIGHT);
@@ -216,6 +241,17 @@ fn heaviest_joints(subject: &Subject, sources: &[u32]) -> Vec<u16> {
     joints.sort_by(|&a, &b| totals[usize::from(b)].total_cmp(&totals[usize::from(a)]).then(a.cmp(&b)));
     joints.truncate(MOST_ATTRIBUTES - SURFACE_ATTRIBUTES);
     joints
+}
+
+/// The column of a joint; of its nearest ancestor that has one where there were too many joints.
+fn column_of(subject: &Subject, columns: &[u16], joint: u16) -> Option<usize> {
+    if let Some(own) = columns.iter().position(|&column| column == joint) {
+        return Some(own);
+    }
+    let node_of = |joint: u16| subject.raw.joints[usize::from(joint)].node;
+    let parent = |&node: &u32| subject.raw.nodes[node as usize].parent;
+    std::iter::successors(Some(node_of(joint)), parent)
+        .find_map(|node| columns.iter().position(|&column| node_of(column) == node))
 }
 
 /// The four heaviest influences: solved ones for the joints that are attributes, the file's for the others.
