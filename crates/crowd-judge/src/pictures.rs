@@ -16,7 +16,8 @@ pub(crate) const PICTURED_POSES: usize = 5;
 const ELEVATION_DEG: f32 = 10.0;
 /// Vertical field of view, radians.
 const FIELD_OF_VIEW_RAD: f32 = 0.35;
-const BACKGROUND: [u8; 4] = [128, 128, 128, 255];
+/// Black, so that what sticks out or is missing counts by how bright it is.
+const BACKGROUND: [u8; 4] = [0, 0, 0, 255];
 
 /// One picture of a side.
 #[derive(Debug)]

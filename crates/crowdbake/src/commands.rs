@@ -466,6 +466,7 @@ fn compare(args: &CompareArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u
     let options = if args.quick { JudgeOptions::QUICK } else { JudgeOptions::FULL };
     let mut contenders = args.ours.clone();
     contenders.extend(&args.peers);
+    let contenders = compare::keep_present(contenders, talk);
     let request = CompareRequest { ratios: args.ratios.clone(), contenders, options };
     let mut characters = Vec::new();
     for entry in &plan.entries {

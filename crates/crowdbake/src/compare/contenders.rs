@@ -21,6 +21,10 @@ pub enum Contender {
     MeshoptGlobal,
     /// meshoptimizer, `simplify_with_update` over the whole character.
     MeshoptBest,
+    /// gltfpack with `-si R -se 1`.
+    GltfpackSe1,
+    /// gltfpack with `-sv -sp`: every mesh stops at one relative error.
+    GltfpackBest,
 }
 
 impl Contender {
@@ -30,6 +34,11 @@ impl Contender {
     /// True for what this program makes.
     pub fn is_ours(self) -> bool {
         Self::OURS.contains(&self)
+    }
+
+    /// True for what the program gltfpack makes.
+    pub fn is_gltfpack(self) -> bool {
+        matches!(self, Self::GltfpackSe1 | Self::GltfpackBest)
     }
 
     /// Its name in tables and reports.
@@ -43,6 +52,8 @@ impl Contender {
             Self::MeshoptUpdate => "meshopt-update",
             Self::MeshoptGlobal => "meshopt-global",
             Self::MeshoptBest => "meshopt-best",
+            Self::GltfpackSe1 => "gltfpack-se1",
+            Self::GltfpackBest => "gltfpack-best",
         }
     }
 }

@@ -203,7 +203,9 @@ impl Piece {
             let width = self.attribute_weights.len();
             let of = |v: usize| &self.attributes[v * width..(v + 1) * width];
             let columns = &of(place)[SURFACE_ATTRIBUTES..];
-            let (joints, weights) = influences_from(&self.columns, columns, mesh.joints[source], mesh.weights[source]);
+            let folds = mesh.joints[source].map(|joint| column_of(subject, &self.columns, joint));
+            let given = (mesh.joints[source], mesh.weights[source]);
+            let (joints, weights) = influences_from(&self.columns, columns, given, folds);
             let rows = blend(joints, weights, &subject.rest_palette).map(Vec4::from);
             let posed_from_bind = Mat4::from_cols(rows[0], rows[1], rows[2], Vec4::W).transpose();
             let bind_from_posed = posed_from_bind.inverse();
@@ -254,10 +256,25 @@ fn column_of(subject: &Subject, columns: &[u16], joint: u16) -> Option<usize> {
         .find_map(|node| columns.iter().position(|&column| node_of(column) == node))
 }
 
-/// The four heaviest influences: solved ones for the joints that are attributes, the file's for the others.
-fn influences_from(columns: &[u16], solved: &[f32], joints: [u16; 4], weights: [f32; 4]) -> ([u16; 4], [f32; 4]) {
-    let kept = joints.into_iter().zip(weights).filter(|(joint, _)| !columns.contains(joint));
-    let mut all: Vec<(u16, f32)> = columns.iter().copied().zip(solved.iter().map(|w| w.max(0.0))).chain(kept).collect();
+/// The four heaviest influences: solved ones for the joints that have a column, the file's for those that stand in another
+/// one's (`folds`, a column for each influence given), which is taken off there again.
+fn influences_from(
+    columns: &[u16],
+    solved: &[f32],
+    (joints, weights): ([u16; 4], [f32; 4]),
+    folds: [Option<usize>; 4],
+) -> ([u16; 4], [f32; 4]) {
+    let mut all: Vec<(u16, f32)> = columns.iter().copied().zip(solved.iter().copied()).collect();
+    for slot in 0..4 {
+        let fold = folds[slot].filter(|&column| columns[column] == joints[slot]);
+        if fold.is_none() && weights[slot] > 0.0 {
+            if let Some(column) = folds[slot] {
+                all[column].1 -= weights[slot];
+            }
+            all.push((joints[slot], weights[slot]));
+        }
+    }
+    all.iter_mut().for_each(|(_, weight)| *weight = weight.max(0.0));
     all.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
     all.truncate(4);
     let total: f32 = all.iter().map(|(_, weight)| weight).sum();
@@ -267,4 +284,29 @@ fn influences_from(columns: &[u16], solved: &[f32], joints: [u16; 4], weights: [
     all.resize(4, (0, 0.0));
     let weight = |slot: usize| all[slot].1 / total;
     (std::array::from_fn(|slot| if weight(slot) > 0.0 { all[slot].0 } else { 0 }), std::array::from_fn(weight))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folded_joint_counts_once() {
+        // Joint 9 has no column and stands in that of joint 3.
+        let given = ([3, 9, 0, 0], [0.4, 0.6, 0.0, 0.0]);
+        let folds = [Some(1), Some(1), None, None];
+        let (joints, weights) = influences_from(&[7, 3], &[0.0, 1.0], given, folds);
+        assert_eq!(joints, [9, 3, 0, 0]);
+        assert!((weights[0] - 0.6).abs() < 1e-6 && (weights[1] - 0.4).abs() < 1e-6, "{weights:?}");
+        // What the solver moved to joint 7 stays there.
+        let (joints, weights) = influences_from(&[7, 3], &[0.5, 0.6], given, folds);
+        assert_eq!((joints, weights[2]), ([9, 7, 0, 0], 0.0));
+    }
+
+    #[test]
+    fn nothing_solved_leaves_the_files_influences() {
+        let given = ([3, 9, 0, 0], [0.4, 0.6, 0.0, 0.0]);
+        assert_eq!(influences_from(&[3], &[f32::NAN], ([3, 0, 0, 0], [1.0, 0.0, 0.0, 0.0]), [Some(0); 4]).0[0], 3);
+        assert_eq!(influences_from(&[], &[], given, [None; 4]).0, [9, 3, 0, 0]);
+    }
 }

@@ -6,6 +6,7 @@
 
 mod bars;
 mod contenders;
+mod gltfpack;
 mod meshopt_peers;
 mod metrics;
 mod ours;
@@ -23,6 +24,7 @@ use crate::error::{BakeError, Step};
 use crate::plan::PlanEntry;
 use crate::talk::Talk;
 use crowd_judge::{JudgeOptions, Level};
+use rayon::prelude::*;
 use std::time::Instant;
 use subject::Subject;
 
@@ -42,6 +44,16 @@ struct MadeLevel {
     level: Level,
     /// Seconds that it took; for one order that gives all levels, those of the order.
     seconds: f64,
+}
+
+/// Leaves out, aloud, whoever is not there.
+pub(crate) fn keep_present(contenders: Vec<Contender>, talk: &Talk<'_>) -> Vec<Contender> {
+    if !contenders.iter().any(|contender| contender.is_gltfpack()) {
+        return contenders;
+    }
+    let Some(refusal) = gltfpack::refusal() else { return contenders };
+    talk.warn(refusal);
+    contenders.into_iter().filter(|contender| !contender.is_gltfpack()).collect()
 }
 
 /// Compares on one character.
@@ -87,6 +99,9 @@ fn make_levels(
 ) -> Result<Vec<Option<MadeLevel>>, Box<crate::error::Cause>> {
     if contender.is_ours() {
         ours::make_levels(subject, contender, targets).map_err(|error| Box::new(error.into()))
+    } else if contender.is_gltfpack() {
+        let made = targets.par_iter().map(|&target| gltfpack::make_level(subject, contender, target));
+        made.collect::<Result<Vec<_>, _>>().map_err(Box::new)
     } else {
         Ok(targets.iter().map(|&target| meshopt_peers::make_level(subject, contender, target)).collect())
     }

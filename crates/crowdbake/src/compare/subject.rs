@@ -10,6 +10,7 @@ use crowd_judge::{Judge, JudgeOptions, JudgedPoses, Paint, SkinnedMesh};
 use crowd_raster::{Material, Texture, Wrap};
 use crowd_source::{Limits, RawCharacter, RawWrap};
 use rayon::prelude::*;
+use std::path::PathBuf;
 
 /// Moments in motion, spread over all clips by duration.
 const MOMENTS: u32 = 24;
@@ -18,6 +19,7 @@ const TEXTURE_SIDE_PX: u32 = 4096;
 
 /// A character in a comparison.
 pub(super) struct Subject {
+    pub(super) path: PathBuf,
     pub(super) raw: RawCharacter,
     /// As our bake stores it.
     pub(super) mesh: QuantizedMesh,
@@ -54,7 +56,7 @@ impl Subject {
         let judge =
             Judge::new(original, paint, &poses, options).map_err(|error| BakeError::of(Step::Judge, name, error))?;
         let mesh = views::quantize(&raw.mesh);
-        Ok(Self { raw, mesh, clips, rest_palette, triangle_materials, judge, moments })
+        Ok(Self { path: entry.path.clone(), raw, mesh, clips, rest_palette, triangle_materials, judge, moments })
     }
 }
 
@@ -105,6 +107,18 @@ fn held_out_poses(
         })
         .collect();
     Ok(poses?.into_iter().unzip())
+}
+
+/// The same poses of a character that another program wrote, by the names of its clips; at rest where a clip is gone.
+pub(super) fn own_poses(raw: &RawCharacter, moments: &[Moment]) -> Result<JudgedPoses, crowd_anim::Error> {
+    let (skeleton, joints) = (views::skeleton_of(raw), views::joints_of(raw));
+    let rest = crowd_anim::rest_clip(&skeleton, &joints)?.palettes;
+    let pose = |moment: &Moment| match raw.clips.iter().find(|clip| clip.name == moment.clip) {
+        Some(clip) => crowd_anim::pose_at(&skeleton, &joints, &views::clip_view(clip), moment.time_s),
+        None => Ok(rest.clone()),
+    };
+    let moving = moments.par_iter().map(pose).collect::<Result<Vec<_>, _>>()?;
+    Ok(JudgedPoses { rest, moving })
 }
 
 /// The time half way between the two frames of a clip that a time lies between.
