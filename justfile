@@ -24,6 +24,10 @@ fixtures:
 golden:
     UPDATE_GOLDEN=1 cargo test --release -p crowd-tests --test golden
 
+# Write docs/BENCHMARKS.md again: our levels and other simplifiers' side by side (gltfpack where it is on PATH)
+compare assets="../shared/assets":
+    cargo run --release -p crowdbake -- compare {{assets}}/khronos-cesium-man/CesiumMan.glb {{assets}}/khronos-fox/Fox.glb {{assets}}/kaykit-adventurers/Knight.glb {{assets}}/kaykit-adventurers/Mage.glb {{assets}}/gdquest-gdbot/gdbot.glb {{assets}}/makehuman-man/man_casual.gltf fixtures/good/mara.glb fixtures/good/zebra.glb -o docs/BENCHMARKS.md
+
 # Time the simplifier
 bench:
     cargo bench -p crowd-lod

@@ -1,6 +1,7 @@
 //! The commands as people and pipelines meet them: exit code, words, and the files left behind, each in a fresh folder.
 
 mod bench;
+mod comparisons;
 mod determinism;
 mod exports;
 mod frames;

@@ -433,11 +433,11 @@ pub struct CompareArgs {
     #[arg(long)]
     pub quick: bool,
     /// Which of our own take part.
-    #[arg(long, value_delimiter = ',', default_value = "wedge,bind", value_name = "NAME,...")]
+    #[arg(long, value_delimiter = ',', default_value = "wedge,refit,bind,peng2011", value_name = "NAME,...")]
     pub ours: Vec<Contender>,
-    /// Which others take part.
-    #[arg(long, value_delimiter = ',', default_value = "meshopt-global,meshopt-best", value_name = "NAME,...")]
-    pub peers: Vec<Contender>,
+    /// Which others take part [default: all; with --quick all but gltfpack].
+    #[arg(long, value_delimiter = ',', value_name = "NAME,...")]
+    pub peers: Option<Vec<Contender>>,
     /// Write the tables as a document (Markdown) instead of printing them.
     #[arg(short, long, value_parser = output_parser(), value_name = "FILE.md")]
     pub output: Option<PathBuf>,

@@ -5,7 +5,7 @@ use crate::cli::{
     BakeArgs, BakeOptions, Cli, Command, CompareArgs, ExplainArgs, ExportArgs, InspectArgs, PictureArgs,
     PrintConfigArgs, ReportArgs, SurveyArgs, VerifyArgs,
 };
-use crate::compare::{self, CompareRequest};
+use crate::compare::{self, CompareRequest, Contender};
 use crate::error::{BakeError, Cause, DONE, INPUT_REFUSED, Step, USAGE};
 use crate::explain::Explanation;
 use crate::inspect::{inspect_asset, inspect_pack};
@@ -465,7 +465,8 @@ fn compare(args: &CompareArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u
     }
     let options = if args.quick { JudgeOptions::QUICK } else { JudgeOptions::FULL };
     let mut contenders = args.ours.clone();
-    contenders.extend(&args.peers);
+    let default_peers = || Contender::PEERS.into_iter().filter(|peer| !(args.quick && peer.is_gltfpack())).collect();
+    contenders.extend(args.peers.clone().unwrap_or_else(default_peers));
     let contenders = compare::keep_present(contenders, talk);
     let request = CompareRequest { ratios: args.ratios.clone(), contenders, options };
     let mut characters = Vec::new();

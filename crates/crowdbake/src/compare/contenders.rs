@@ -31,6 +31,16 @@ impl Contender {
     /// All of ours.
     pub const OURS: [Self; 4] = [Self::Wedge, Self::Refit, Self::Bind, Self::Peng2011];
 
+    /// All others.
+    pub const PEERS: [Self; 6] = [
+        Self::MeshoptAttr,
+        Self::MeshoptUpdate,
+        Self::MeshoptGlobal,
+        Self::MeshoptBest,
+        Self::GltfpackSe1,
+        Self::GltfpackBest,
+    ];
+
     /// True for what this program makes.
     pub fn is_ours(self) -> bool {
         Self::OURS.contains(&self)

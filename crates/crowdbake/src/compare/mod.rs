@@ -72,8 +72,15 @@ pub(crate) fn compare_character(
     let mut scores = Vec::new();
     for &contender in &request.contenders {
         let started = Instant::now();
-        let made = make_levels(&subject, contender, &targets)
-            .map_err(|cause| BakeError::of(Step::Simplify, &entry.name, *cause))?;
+        let made = match make_levels(&subject, contender, &targets) {
+            Ok(made) => made,
+            // Another program's trouble is no reason to stop.
+            Err(cause) if contender.is_gltfpack() => {
+                talk.warn(format_args!("{}: {}: {cause}", entry.name, contender.name()));
+                targets.iter().map(|_| None).collect()
+            }
+            Err(cause) => return Err(BakeError::of(Step::Simplify, &entry.name, *cause)),
+        };
         let made_s = started.elapsed().as_secs_f64();
         for ((level, &target), &ratio) in made.into_iter().zip(&targets).zip(&request.ratios) {
             scores.push(judge_level(&subject, contender, ratio, target, level)?);

@@ -1,0 +1,76 @@
+//! `compare`: our levels and other tools' side by side, as tables, JSON and a document.
+
+use crate::bench::{Bench, TUBE};
+use serde_json::Value;
+
+const PAIR: [&str; 6] = ["--quick", "--ratios", "25", "--ours", "wedge", "--peers"];
+
+fn compare<'a>(extra: &[&'a str]) -> Vec<&'a str> {
+    let mut words = vec!["compare", "@tube.glb"];
+    words.extend(PAIR);
+    words.push("meshopt-global");
+    words.extend(extra);
+    words
+}
+
+#[test]
+fn every_contender_is_judged_at_every_ratio() {
+    let bench = Bench::new();
+    bench.copy(TUBE, "tube.glb");
+    let run = bench.run(&compare(&["--json"])).expect(0);
+    let json = run.json();
+    assert_eq!(json["command"], "compare");
+    let scores = json["characters"][0]["scores"].as_array().expect("a list of scores");
+    let names: Vec<&str> = scores.iter().filter_map(|score| score["contender"].as_str()).collect();
+    assert_eq!(names, ["wedge", "meshopt-global"]);
+    for score in scores {
+        let (count, target) = (score["triangles"].as_u64().unwrap(), score["target"].as_u64().unwrap());
+        assert_eq!(score["reached"], count * 100 <= target * 101, "{score}");
+        assert!(score["verdict"]["animated_rms_percent"].as_f64().unwrap() > 0.0, "{score}");
+        assert!(score["verdict"]["image_rmse"].is_null(), "--quick draws no pictures: {score}");
+    }
+    assert!(json["bars"].as_array().unwrap().iter().any(|bar| bar["than"] == "meshopt-global"), "{}", json["bars"]);
+}
+
+#[test]
+fn the_same_figures_come_out_on_any_number_of_threads() {
+    let bench = Bench::new();
+    bench.copy(TUBE, "tube.glb");
+    let verdicts = |threads: &str| {
+        let output = bench.program(&compare(&["--json"])).env("RAYON_NUM_THREADS", threads).output().unwrap();
+        assert!(output.status.success());
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let scores = json["characters"][0]["scores"].as_array().unwrap().clone();
+        scores.into_iter().map(|score| score["verdict"].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(verdicts("1"), verdicts("4"));
+}
+
+#[test]
+fn the_document_is_written_whole_and_nothing_is_printed() {
+    let bench = Bench::new();
+    bench.copy(TUBE, "tube.glb");
+    let run = bench.run(&compare(&["-o", "@deep/B.md"])).expect(0);
+    assert_eq!(run.out, "");
+    let page = String::from_utf8(bench.read("deep/B.md")).unwrap();
+    for part in ["# Benchmarks", "## All characters together", "## Bars", "## tube", "| 25 % | wedge |"] {
+        assert!(page.contains(part), "no {part} in:\n{page}");
+    }
+    assert!(!page.contains(&bench.path("").to_string_lossy().into_owned()), "machine paths stay out:\n{page}");
+}
+
+#[test]
+fn what_cannot_be_compared_is_said() {
+    let bench = Bench::new();
+    bench.copy(TUBE, "tube.glb");
+    bench.write("bad.glb", b"no");
+    bench.run(&compare(&["@bad.glb"])).expect(1).says(&["bad.glb"]);
+    bench.run(&compare(&["--ours", "simplygon"])).expect(2).says(&["wedge"]);
+    bench.run(&["compare", "@tube.glb", "--ratios", "0"]).expect(2).says(&["above 0 and up to 100"]);
+    bench.run(&compare(&["-o", "@tube.glb"])).expect(2).says(&["inputs are never overwritten"]);
+    // Without PATH there is no gltfpack: it is left out aloud, the others are compared.
+    let words = ["compare", "@tube.glb", "--quick", "--ratios", "50", "--ours", "wedge", "--peers", "gltfpack-se1"];
+    let output = bench.program(&words).env("PATH", "").output().unwrap();
+    let talk = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && talk.contains("gltfpack is left out"), "{talk}");
+}
