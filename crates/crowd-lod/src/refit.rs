@@ -58,7 +58,7 @@ impl Default for RefitOptions {
 /// Panics if an index lies outside its slice.
 ///
 /// After Landreneau & Schaefer 2009: least squares over example poses, found anew in rounds. Departs: closest points both
-/// ways instead of given counterparts; weights stay (see `docs/decisions/0012-refit.md`).
+/// ways instead of given counterparts; weights stay (see `docs/decisions/0015-refit.md`).
 /// Cost: some 10 to 100 thousand closest points a side and round.
 pub fn refit(
     mesh: &LodMesh<'_>,
