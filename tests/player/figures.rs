@@ -40,6 +40,7 @@ pub fn contents(posts: &[Post]) -> PackContents {
     for post in posts {
         push_post(&mut pack, post);
     }
+    pack.store_end_levels();
     pack
 }
 

@@ -19,6 +19,7 @@ mod classify;
 mod closest;
 mod collapse;
 mod criteria;
+mod distances;
 mod duplicate_triangles;
 mod find_images;
 mod frames;
@@ -27,7 +28,6 @@ mod hostile_tests;
 mod interpenetration;
 mod layer_gaps;
 mod level_mesh;
-mod distances;
 #[cfg(test)]
 mod lib_tests;
 mod measure;
@@ -47,9 +47,9 @@ mod validate;
 mod worst_frames;
 
 pub use choose_levels::geometric_levels;
+pub use distances::distances_to_surface;
 pub use interpenetration::{Interpenetration, LayeredMesh, find_layers, measure_interpenetration};
 pub use level_mesh::{LevelMesh, level_mesh};
-pub use distances::distances_to_surface;
 pub use measure::{measure_level, measured_frames};
 pub use measure_surfaces::{LevelSurface, Surface, SurfaceError, measure_surfaces};
 pub use refit::{RefitOptions, refit};

@@ -1,8 +1,8 @@
 //! A pack in memory: [`PackContents`] owned for writing, [`Pack`] checked for reading.
 
 use crate::{
-    CharacterRecord, ClipRecord, ImageRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, MaterialRecord,
-    VertexRecord,
+    CharacterRecord, ClipRecord, ImageRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestMeasured,
+    MaterialRecord, NONE, VertexRecord,
 };
 
 /// Everything that goes into a pack. All characters share one section per kind of data (Dong 2019 §5).
@@ -53,6 +53,67 @@ pub struct WriteReport {
     pub pack_bytes: u64,
     /// Name and bytes of each section.
     pub sections: Vec<(String, u64)>,
+}
+
+impl PackContents {
+    /// Gives every character that has no levels with index tables yet its coarsest level and full detail: the least that a pack needs, for
+    /// packs that are put together by hand.
+    ///
+    /// Indices are those of the reformed triangles as they stand; distances are 0. Characters must cover `vertices`, `triangles` and
+    /// `collapse_map` as they should; what they leave out stays out, and the checks of writing name it.
+    pub fn store_end_levels(&mut self) {
+        for index in self.level_sets.len()..self.characters.len() {
+            let character = self.characters[index];
+            let mut ends = vec![
+                (character.min_vertex_count, character.min_triangle_count),
+                (character.vertex_count, character.triangle_count),
+            ];
+            ends.dedup();
+            self.level_sets.push(LevelSetRecord {
+                level_offset: self.levels.len() as u32,
+                quantized_count: ends.len() as u32,
+                discrete_count: 0,
+                refit_vertex_offset: self.refit_vertices.len() as u32,
+            });
+            for &(vertex_count, triangle_count) in &ends {
+                self.push_level(&character, vertex_count, triangle_count);
+            }
+            if let Some(manifest) = self.manifest.characters.get_mut(index) {
+                let measured = |(vertex_count, triangle_count)| ManifestMeasured {
+                    vertex_count,
+                    triangle_count,
+                    ..Default::default()
+                };
+                manifest.measured = ends.into_iter().map(measured).collect();
+            }
+        }
+    }
+
+    fn push_level(&mut self, character: &CharacterRecord, vertex_count: u32, triangle_count: u32) {
+        let map = self.collapse_map.get(character.vertex_offset as usize..).unwrap_or_default();
+        let settle = |mut corner: u32| {
+            while corner >= vertex_count {
+                match map.get(corner as usize) {
+                    Some(&target) if target < corner => corner = target,
+                    _ => break,
+                }
+            }
+            corner
+        };
+        let triangles = self.triangles.iter().skip(character.triangle_offset as usize).take(triangle_count as usize);
+        let corners: Vec<u32> = triangles.flatten().map(|&corner| settle(corner)).collect();
+        let index_bytes = LevelRecord::index_bytes_for(vertex_count);
+        let index_offset = if index_bytes == 2 { self.indices_16.len() } else { self.indices_32.len() } as u32;
+        if index_bytes == 2 {
+            self.indices_16.extend(corners.into_iter().map(|corner| corner as u16));
+        } else {
+            self.indices_32.extend(corners);
+        }
+        let refit_vertex_offset = NONE;
+        let level =
+            LevelRecord { vertex_count, triangle_count, index_offset, index_bytes, refit_vertex_offset, bound_m: 0.0 };
+        self.levels.push(level);
+    }
 }
 
 /// A pack that passed every check, so that its users need none.

@@ -38,7 +38,9 @@ fn exit_codes_reach_the_shell() {
 fn without_adapter(words: &[&str]) -> (Output, Vec<String>) {
     let folder = tempfile::tempdir().expect("there is a temporary folder");
     let pack = folder.path().join("triangle.crowdpack");
-    one_triangle().write(&pack).expect("the triangle is valid");
+    let mut contents = one_triangle();
+    contents.store_end_levels();
+    contents.write(&pack).expect("the triangle is valid");
     let output = crowdplay()
         .current_dir(folder.path())
         .env("WGPU_BACKEND", "dx12")
