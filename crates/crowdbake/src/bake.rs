@@ -139,6 +139,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         criteria: entry.criteria,
         frames: entry.frames,
         frame_factors,
+        attribute_weights: entry.attribute_weights,
         // The levels step measures.
         measured_levels: 0,
         ..LodOptions::default()

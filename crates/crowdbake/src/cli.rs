@@ -4,6 +4,7 @@ use crate::compare::Contender;
 use crate::lod_target::LodTarget;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use crowd_lod::AttributeWeights;
 use std::path::PathBuf;
 
 /// Frames a second at which clips are sampled unless told otherwise.
@@ -98,6 +99,7 @@ Inputs:
       clips = [\"Idle\", \"Walk*\"]     # default: all; also fps, criteria, frames
       lod_ratio = [0.5, \"25%\"]      # also error = [\"5mm\", \"0.5%\"], px = [\"1@240\"], refit = true
       clip_weights = { Walk = 2.0 }  # default: all count alike
+      attribute_weights = { uv = 2.0 }  # uv, normal, color, layers; default: 1
   The command line wins over a [[characters]] entry, and that over [defaults].
 
 Examples:
@@ -173,6 +175,10 @@ pub struct BakeOptions {
     /// Let a clip (name or pattern) count W times as much as the others, 0 to 1000; may be repeated [default: all count alike].
     #[arg(long, value_parser = parse_clip_weight, value_name = "CLIP=W")]
     pub clip_weight: Vec<(String, f32)>,
+    /// Mind what a surface shows W times as much as by default, 0 to 1000: uv (textures that slide), normal, color (vertex colours, and
+    /// parts that would be missed), layers (parts that come through each other); may be repeated. 0 minds shape alone.
+    #[arg(long, value_parser = parse_attribute_weight, value_name = "NAME=W")]
+    pub attribute_weight: Vec<(String, f32)>,
 }
 
 /// Which frames count.
@@ -514,6 +520,29 @@ fn parse_clip_weight(text: &str) -> Result<(String, f32), String> {
     Ok((clip.to_owned(), weight))
 }
 
+fn parse_attribute_weight(text: &str) -> Result<(String, f32), String> {
+    let allowed =
+        || format!("found {text}, allowed uv, normal, color or layers, and a number from 0 to 1000, as in uv=2");
+    let (name, weight) = text.split_once('=').ok_or_else(allowed)?;
+    let weight: f32 = weight.trim().parse().map_err(|_| allowed())?;
+    if !(0.0..=MOST_CLIP_WEIGHT).contains(&weight) || !weigh_attribute(&mut AttributeWeights::default(), name, weight) {
+        return Err(allowed());
+    }
+    Ok((name.to_owned(), weight))
+}
+
+/// Sets the weight of an attribute by its name; `false` if there is none of that name.
+pub(crate) fn weigh_attribute(weights: &mut AttributeWeights, name: &str, weight: f32) -> bool {
+    match name {
+        "uv" => weights.uv = weight,
+        "normal" => weights.normal = weight,
+        "color" => weights.color = weight,
+        "layers" => weights.layers = weight,
+        _ => return false,
+    }
+    true
+}
+
 fn parse_fps(text: &str) -> Result<f32, String> {
     let fps: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
     if (1.0..=240.0).contains(&fps) { Ok(fps) } else { Err(format!("found {fps}, allowed 1 to 240")) }
@@ -573,6 +602,8 @@ mod tests {
         assert!(parse_size("64").is_err() && parse_size("1x99999").is_err());
         assert!(parse_fps("0").is_err() && parse_fps("NaN").is_err());
         assert_eq!(parse_clip_weight("a=b=0.5"), Ok(("a=b".to_owned(), 0.5)));
+        assert_eq!(parse_attribute_weight("uv=2"), Ok(("uv".to_owned(), 2.0)));
+        assert!(["colour=1", "uv", "uv=-1", "uv=nan", "=1"].iter().all(|t| parse_attribute_weight(t).is_err()));
         assert!(
             ["Walk", "=1", "Walk=", "Walk=-1", "Walk=nan", "Walk=1001"].iter().all(|t| parse_clip_weight(t).is_err())
         );

@@ -1,9 +1,9 @@
 //! Reads and writes `crowd.toml`. Every complaint names its path, as in `characters[1].clips`.
 
-use crate::cli::MOST_CLIP_WEIGHT;
+use crate::cli::{MOST_CLIP_WEIGHT, weigh_attribute};
 use crate::lod_target::LodTarget;
 use crate::plan::{Plan, PlanEntry, criteria_name, frames_name};
-use crowd_lod::{Criteria, FrameChoice};
+use crowd_lod::{AttributeWeights, Criteria, FrameChoice};
 use crowd_pack::{AnimationLayout, ManifestTarget};
 use std::path::PathBuf;
 use toml::{Table, Value};
@@ -23,6 +23,8 @@ pub struct Settings {
     pub frames: Option<FrameChoice>,
     /// How much clips count.
     pub clip_weights: Option<Vec<(String, f32)>>,
+    /// What a collapse minds beside shape.
+    pub attribute_weights: Option<AttributeWeights>,
     /// Discrete levels.
     pub lods: Option<Vec<LodTarget>>,
     /// Move their vertices.
@@ -52,7 +54,8 @@ fn wrong<T>(key: impl Into<String>, problem: impl Into<String>) -> Result<T, Wro
 }
 
 /// Keys that `[defaults]` and `[[characters]]` share.
-const SETTINGS: [&str; 9] = ["fps", "criteria", "clips", "frames", "clip_weights", "lod_ratio", "error", "px", "refit"];
+const SETTINGS: [&str; 10] =
+    ["fps", "criteria", "clips", "frames", "clip_weights", "attribute_weights", "lod_ratio", "error", "px", "refit"];
 
 /// Reads a manifest's text.
 pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
@@ -97,6 +100,7 @@ pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
             clips: settings.clips.or_else(|| defaults.clips.clone()),
             frames: settings.frames.or(defaults.frames),
             clip_weights: settings.clip_weights.or_else(|| defaults.clip_weights.clone()),
+            attribute_weights: settings.attribute_weights.or(defaults.attribute_weights),
             lods: settings.lods.or_else(|| defaults.lods.clone()),
             refit: settings.refit.or(defaults.refit),
         };
@@ -152,7 +156,8 @@ fn read_settings(table: &Table, key: &str) -> Result<Settings, Wrong> {
         Some(other) => return wrong(format!("{key}.refit"), format!("found {other}, allowed true or false")),
     };
     let (clip_weights, lods) = (read_clip_weights(table, key)?, read_lods(table, key)?);
-    Ok(Settings { name, fps, criteria, clips, frames, clip_weights, lods, refit })
+    let attribute_weights = read_attribute_weights(table, key)?;
+    Ok(Settings { name, fps, criteria, clips, frames, clip_weights, attribute_weights, lods, refit })
 }
 
 /// Discrete levels: `lod_ratio`, then `error`, then `px`, each a list of numbers or of words as on the command line.
@@ -190,6 +195,24 @@ fn read_clip_weights(table: &Table, key: &str) -> Result<Option<Vec<(String, f32
                 weights.push((clip.clone(), weight as f32));
             }
             _ => return wrong(format!("{key}.{clip}"), format!("found {value}, allowed a number from 0 to 1000")),
+        }
+    }
+    Ok(Some(weights))
+}
+
+fn read_attribute_weights(table: &Table, key: &str) -> Result<Option<AttributeWeights>, Wrong> {
+    let Some(value) = table.get("attribute_weights") else { return Ok(None) };
+    let key = format!("{key}.attribute_weights");
+    let mut weights = AttributeWeights::default();
+    for (name, value) in expect_table(value, &key)? {
+        let weight = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+        match weight {
+            Some(weight) if (0.0..=f64::from(MOST_CLIP_WEIGHT)).contains(&weight) => {
+                if !weigh_attribute(&mut weights, name, weight as f32) {
+                    return wrong(format!("{key}.{name}"), "unknown key, allowed uv, normal, color, layers");
+                }
+            }
+            _ => return wrong(format!("{key}.{name}"), format!("found {value}, allowed a number from 0 to 1000")),
         }
     }
     Ok(Some(weights))
@@ -251,6 +274,7 @@ pub fn write(plan: &Plan) -> String {
         "# Paths are relative to this file.\n\n[pack]\nanimation_layout = {}  # 3x4 or 4x4\n\n[defaults]\nfps = {:?}\n\
          criteria = {}  # wedge or peng2011\n# clips = [\"Idle\", \"Walk*\"]  # default: all\n\
          frames = {}  # auto, all or bind\n# clip_weights = {{ Walk = 2.0 }}  # default: all count alike\n\
+         # attribute_weights = {{ uv = 2.0 }}  # uv, normal, color, layers; default: 1\n\
          # lod_ratio = [\"50%\", \"25%\"]  # discrete levels; also error = [\"5mm\"], px = [\"1@240\"], refit = true\n",
         text(layout),
         crate::cli::DEFAULT_FPS,
@@ -276,6 +300,12 @@ pub fn write(plan: &Plan) -> String {
         if !entry.clip_weights.is_empty() {
             let weights = entry.clip_weights.iter().map(|(clip, weight)| format!("{} = {weight:?}", text(clip)));
             out.push_str(&format!("clip_weights = {{ {} }}\n", weights.collect::<Vec<_>>().join(", ")));
+        }
+        if entry.attribute_weights != AttributeWeights::default() {
+            let AttributeWeights { uv, normal, color, layers } = entry.attribute_weights;
+            out.push_str(&format!(
+                "attribute_weights = {{ uv = {uv:?}, normal = {normal:?}, color = {color:?}, layers = {layers:?} }}\n"
+            ));
         }
         write_lods(&mut out, entry);
     }
@@ -321,6 +351,8 @@ mod tests {
             ("", "characters"),
             (&format!("{character}frames = 'some'"), "characters[0].frames"),
             (&format!("{character}clip_weights = {{ Walk = -1 }}"), "characters[0].clip_weights.Walk"),
+            (&format!("{character}attribute_weights = {{ uv = -1 }}"), "characters[0].attribute_weights.uv"),
+            (&format!("{character}attribute_weights = {{ colour = 1 }}"), "characters[0].attribute_weights.colour"),
             (&format!("{character}lod_ratio = [0.5, 25]"), "characters[0].lod_ratio[1]"),
             (&format!("{character}error = '5mm'"), "characters[0].error"),
             (&format!("{character}px = ['1@']"), "characters[0].px[0]"),
@@ -349,6 +381,7 @@ mod tests {
             clips: Some(vec!["Walk*".to_owned()]),
             frames: FrameChoice::Bind,
             clip_weights: vec![("Run \"fast\"".to_owned(), 0.25), ("Walk".to_owned(), 3.0)],
+            attribute_weights: AttributeWeights { uv: 2.5, layers: 0.0, ..AttributeWeights::default() },
             levels: LevelsAsked {
                 targets: vec![
                     LodTarget::parse_ratio("0.25").unwrap(),
@@ -370,6 +403,7 @@ mod tests {
         assert_eq!(second.frames, Some(FrameChoice::Bind));
         assert_eq!(second.lods.as_ref(), Some(&plan.entries[1].levels.targets));
         assert_eq!(second.refit, Some(true));
+        assert_eq!(second.attribute_weights, Some(plan.entries[1].attribute_weights));
         assert_eq!(second.clip_weights.as_deref(), Some(&plan.entries[1].clip_weights[..]));
     }
 }

@@ -4,7 +4,7 @@ use crate::bake_levels::LevelsAsked;
 use crate::cli::{BakeOptions, CriteriaWord, DEFAULT_FPS, FramesWord, LayoutWord, LevelOptions};
 use crate::crowd_toml::{self, Settings};
 use crate::error::{BakeError, Cause, Step};
-use crowd_lod::{Criteria, FrameChoice};
+use crowd_lod::{AttributeWeights, Criteria, FrameChoice};
 use crowd_pack::AnimationLayout;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -44,6 +44,8 @@ pub struct PlanEntry {
     pub frames: FrameChoice,
     /// Names or patterns of clips and how much each counts; where several match, their product.
     pub clip_weights: Vec<(String, f32)>,
+    /// What a collapse minds beside shape.
+    pub attribute_weights: AttributeWeights,
     /// Discrete levels.
     pub levels: LevelsAsked,
 }
@@ -271,7 +273,12 @@ fn entry_of(found: Found, options: &BakeOptions) -> PlanEntry {
         FramesWord::Bind => FrameChoice::Bind,
     });
     let clip_weights = (!options.clip_weight.is_empty()).then(|| options.clip_weight.clone());
+    let mut attribute_weights = found.settings.attribute_weights.unwrap_or_default();
+    for (name, weight) in &options.attribute_weight {
+        crate::cli::weigh_attribute(&mut attribute_weights, name, *weight);
+    }
     PlanEntry {
+        attribute_weights,
         name: found.settings.name.or(stem).unwrap_or_else(|| "character".to_owned()),
         fps: options.fps.or(found.settings.fps).unwrap_or(DEFAULT_FPS),
         criteria: criteria.or(found.settings.criteria).unwrap_or_default(),
