@@ -80,9 +80,32 @@ fn clip_weights_change_the_order_and_a_weight_for_no_clip_is_refused() {
 }
 
 #[test]
+fn attribute_weights_change_the_order_and_an_unknown_attribute_is_refused() {
+    let bench = Bench::with(&["mara.glb"]);
+    let order = |words: &[&str]| {
+        bench.run(&[&["bake", "@mara.glb", "-o", "@out.crowdpack"], words].concat()).expect(0);
+        bench.read("out.crowdpack")
+    };
+    let even = order(&[]);
+    assert!(order(&["--attribute-weight", "uv=1"]) == even, "the default said aloud is no change");
+    for attribute in ["uv=20", "normal=0", "color=0", "layers=0"] {
+        // mara has no vertex colours and no small parts: nothing minds their weight.
+        assert_eq!(order(&["--attribute-weight", attribute]) == even, attribute == "color=0", "{attribute}");
+    }
+    let words = ["bake", "@mara.glb", "-o", "@out.crowdpack", "--attribute-weight"];
+    for wrong in ["weight=1", "uv", "uv=-1"] {
+        bench.run(&[&words[..], &[wrong]].concat()).expect(2).says(&["allowed uv, normal, color or layers"]);
+    }
+}
+
+#[test]
 fn a_manifest_says_which_frames_count() {
     let bench = Bench::with(&["mara.glb"]);
-    let words = ["@mara.glb", "--frames", "bind", "--clip-weight", "run=3", "--clip-weight", "walk=0.5"];
+    let words = [
+        ["@mara.glb", "--frames", "bind"].as_slice(),
+        &["--clip-weight", "run=3", "--clip-weight", "walk=0.5", "--attribute-weight", "normal=3"],
+    ];
+    let words = words.concat();
     let printed = bench.run(&[&["print-config"], &words[..]].concat()).expect(0).out;
     assert!(printed.contains("frames = \"bind\"") && printed.contains("\"run\" = 3.0"), "{printed}");
     bench.write("crowd.toml", printed);

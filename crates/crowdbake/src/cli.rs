@@ -64,7 +64,7 @@ pub enum Command {
     /// Make one page (HTML) with pictures, curves and tables of every character.
     #[command(after_help = REPORT_EXAMPLES)]
     Report(ReportArgs),
-    /// Say what holds a level back: how many points, why, where, and what to change.
+    /// Say whether a level is reached, how far off it is and where, and what holds the coarsest one back.
     #[command(after_help = EXPLAIN_EXAMPLES)]
     Explain(ExplainArgs),
     /// Bake every asset of a folder under both criteria and write a table of the results.

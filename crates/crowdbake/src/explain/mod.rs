@@ -1,4 +1,4 @@
-//! What holds a level back: how many positions, why, where, and what to change.
+//! Whether a level is reached, how far off it is and where, and what holds the coarsest one back.
 
 mod causes;
 mod to_text;
