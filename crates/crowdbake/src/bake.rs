@@ -332,6 +332,7 @@ fn store_levels(
         order.levels.clone(),
         &materials.iter().map(texels).collect::<Vec<_>>(),
     );
+    let ordered = if asked.refit { ordered.with_contrast(contrast_in_order(raw, order)) } else { ordered };
     let palettes: Vec<Mat3x4> = clips.iter().flat_map(|clip| clip.palettes.iter().copied()).collect();
     let frame_counts: Vec<u32> = clips.iter().map(|clip| clip.frame_count).collect();
     let poses = LodPoses {
@@ -340,6 +341,13 @@ fn store_levels(
         frame_weights: &views::frame_weights(&frame_counts),
     };
     bake_levels(&ordered, &poses, height_m, asked)
+}
+
+/// How fast the texture's colours change in each triangle of the order: what a refit holds textures by.
+fn contrast_in_order(raw: &RawCharacter, order: &CollapseOrder) -> Vec<f32> {
+    let shown = ShownTextures::of(raw, &views::triangle_materials(&raw.mesh));
+    let contrast = shown.view().triangle_contrast;
+    order.triangle_source.iter().map(|&t| contrast[t as usize]).collect()
 }
 
 /// With `--strict`, a level that does not reach its target refuses the character.

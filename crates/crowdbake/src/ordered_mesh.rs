@@ -58,6 +58,7 @@ pub struct OrderedMesh {
     pub order: CollapseOrder,
     colors: Vec<[u8; 4]>,
     triangle_materials: Vec<u16>,
+    triangle_contrast: Vec<f32>,
 }
 
 impl OrderedMesh {
@@ -81,6 +82,7 @@ impl OrderedMesh {
             texels: records.iter().map(|vertex| material_texels[vertex.material() as usize]).collect(),
             colors: records.iter().map(|vertex| vertex.color.to_le_bytes()).collect(),
             triangle_materials: triangles.iter().map(material).collect(),
+            triangle_contrast: Vec::new(),
             order: CollapseOrder {
                 vertex_source: identity.clone(),
                 attribute_source: identity.clone(),
@@ -95,6 +97,13 @@ impl OrderedMesh {
             },
             records,
         }
+    }
+
+    /// With how fast the texture's colours change in each triangle of the order, as in [`Appearance::triangle_contrast`]; without,
+    /// a refit takes textures for plain.
+    #[must_use]
+    pub fn with_contrast(self, triangle_contrast: Vec<f32>) -> Self {
+        Self { triangle_contrast, ..self }
     }
 
     /// From a pack.
@@ -133,7 +142,7 @@ impl OrderedMesh {
             weights: &self.vertices.weights,
             triangles: &self.order.triangles,
             triangle_materials: &self.triangle_materials,
-            appearance: Appearance::default(),
+            appearance: Appearance { triangle_contrast: &self.triangle_contrast, ..Appearance::default() },
         }
     }
 

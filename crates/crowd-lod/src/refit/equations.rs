@@ -2,7 +2,7 @@
 
 use super::full_detail::FullDetail;
 use super::pairs::{Contact, Pair};
-use super::pulls::{RIM_SHARE, TEXTURE_SHARE, TILT_SHARE, slide, tilts};
+use super::pulls::{RIM_SHARE, TILT_SHARE, slide, tilts};
 use super::rims::RimPair;
 use super::shape::Shape;
 use crate::Mat3x4;
@@ -33,7 +33,7 @@ pub(crate) fn local_equations(
     let mut local = Local { matrix: [[0.0; 9]; 9], right: [0.0; 9] };
     for pair in pairs {
         let slide = slide(full, uvs, pair);
-        let slide_share = if slide.is_some() { TEXTURE_SHARE } else { SLIDE_SHARE };
+        let slide_share = if slide.is_some() { full.slide_shares[pair.full_triangle as usize] } else { SLIDE_SHARE };
         let stiff = stiffness(pair.contact, slide_share);
         let share = f64::from(pair.share);
         // Force on the point: towards its contact, and along the surface to where its texture belongs.

@@ -2,6 +2,7 @@
 
 use super::charts::Charts;
 use super::pairs::Pair;
+use super::pulls::slide_shares;
 use crate::closest::ClosestTriangles;
 use crate::frames::draw_evenly;
 use crate::measure::{Sample, spread_samples};
@@ -30,6 +31,8 @@ pub(crate) struct FullDetail<'a> {
     /// The order's triangles, in vertices of `mesh`.
     pub triangles: Vec<[u32; 3]>,
     pub charts: Charts,
+    /// What a squared slide of the texture counts in each triangle, next to a squared distance.
+    pub slide_shares: Vec<f64>,
     pub frames: Vec<Frame<'a>>,
 }
 
@@ -52,7 +55,8 @@ impl<'a> FullDetail<'a> {
             .collect();
         let materials: Vec<u16> = order.triangle_source.iter().map(|&t| mesh.triangle_materials[t as usize]).collect();
         let charts = Charts::new(mesh, &triangles, &materials);
-        Self { mesh, triangles, charts, frames }
+        let slide_shares = slide_shares(mesh, &triangles, &order.triangle_source);
+        Self { mesh, triangles, charts, slide_shares, frames }
     }
 
     /// Mean square of a length in the frames over the same length in bind space.

@@ -3,12 +3,18 @@
 use super::full_detail::FullDetail;
 use super::pairs::Pair;
 use super::shape::{Shape, transform};
-use crate::Mat3x4;
+use crate::attributes::COLOR_SHARE;
+use crate::behind::diagonal;
 use crate::quadrics::{cross, dot, sub};
+use crate::{LodMesh, Mat3x4};
 use rayon::prelude::*;
 
-/// What a squared slide of the texture counts next to a squared distance.
-pub(crate) const TEXTURE_SHARE: f64 = 0.02;
+/// What a squared slide of the texture counts next to a squared distance where the texture is plain, or nobody looked at it.
+const TEXTURE_SHARE: f64 = 0.02;
+/// What a change of the shown colour costs as a distance, relative to what it costs in the collapse.
+const COLOR_FACTOR: f64 = 2.0;
+/// What the colours may add to a slide's share at most: single edges in a picture are no reason to leave the surface.
+const MOST_COLOR_SHARE: f64 = 0.3;
 /// What the squared rise of an edge over full detail's plane counts.
 pub(crate) const TILT_SHARE: f64 = 0.04;
 /// What a squared distance between rims counts next to one between surfaces, half an edge wide.
@@ -38,6 +44,28 @@ pub(crate) fn slide(full: &FullDetail<'_>, uvs: &[[f32; 2]; 3], pair: &Pair) -> 
     (length.is_finite() && length < longest).then_some(slide)
 }
 
+/// What a squared slide counts in each triangle, next to a squared distance: a little everywhere, and as much as the colours
+/// change along it where the caller knows them. `sources`: the triangle of `mesh` that each one is.
+pub(crate) fn slide_shares(mesh: &LodMesh<'_>, triangles: &[[u32; 3]], sources: &[u32]) -> Vec<f64> {
+    let color_metres = COLOR_FACTOR * COLOR_SHARE * f64::from(diagonal(mesh.positions));
+    let double_area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+        let n = cross(sub(b, a), sub(c, a));
+        f64::from(dot(n, n)).sqrt()
+    };
+    let double_uv_area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| mesh.uvs[v as usize].map(f64::from));
+        ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
+    };
+    let share = |(triangle, &source): (&[u32; 3], &u32)| {
+        let contrast = mesh.appearance.triangle_contrast.get(source as usize).map_or(0.0, |&c| f64::from(c));
+        let metres_per_unit = contrast * color_metres;
+        let colors = metres_per_unit * metres_per_unit * double_uv_area(triangle) / double_area(triangle);
+        TEXTURE_SHARE + if colors.is_finite() { colors.min(MOST_COLOR_SHARE) } else { 0.0 }
+    };
+    triangles.iter().zip(sources).map(share).collect()
+}
+
 /// What is made least: squared distances, slides of the texture, and tilts of the triangles; a mean over both sides.
 pub(crate) fn objective(
     full: &FullDetail<'_>,
@@ -52,7 +80,10 @@ pub(crate) fn objective(
         let places = shape.corner_places(pair.triangle as usize).map(|p| shape.places[p]);
         let tilt = tilts(full, pair, corners, places, matrices)
             .map_or(0.0, |(_, t)| (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]) / 3.0);
-        f64::from(pair.share) * (f64::from(dot(pair.offset, pair.offset)) + TEXTURE_SHARE * slide + TILT_SHARE * tilt)
+        f64::from(pair.share)
+            * (f64::from(dot(pair.offset, pair.offset))
+                + full.slide_shares[pair.full_triangle as usize] * slide
+                + TILT_SHARE * tilt)
     };
     let parts: Vec<f64> = pairs.par_chunks(4096).map(|chunk| chunk.iter().map(one).sum()).collect();
     parts.iter().sum::<f64>() / 2.0

@@ -204,3 +204,20 @@ proptest! {
         );
     }
 }
+
+#[test]
+fn slides_cost_what_the_colours_change() {
+    let mesh = tube(8, 4, 3.0, true);
+    let sources: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+    let shares = |triangle_contrast: &[f32]| {
+        let appearance = crate::Appearance { triangle_contrast, ..Default::default() };
+        pulls::slide_shares(&LodMesh { appearance, ..mesh.mesh() }, &mesh.triangles, &sources)
+    };
+    let count = mesh.triangles.len();
+    let (unknown, plain, motley) = (shares(&[]), shares(&vec![0.0; count]), shares(&vec![4.0; count]));
+    assert_eq!(unknown, plain);
+    let wild = shares(&vec![f32::MAX; count]);
+    for t in 0..count {
+        assert!(plain[t] < motley[t] && motley[t] < wild[t] && wild[t] < 1.0, "{} {} {}", plain[t], motley[t], wild[t]);
+    }
+}
