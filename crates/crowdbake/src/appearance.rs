@@ -1,8 +1,11 @@
 //! What a character's textures show, as the simplifier wants to know it: colours at the vertices, and how fast they change.
 
+use crate::draw_level::{decode_image, raster_materials};
+use crate::unpack::Unpacked;
+use crate::views;
 use crowd_raster::srgb::srgb_from_linear;
-use crowd_raster::{Texture, Wrap, sample};
-use crowd_source::{RawCharacter, RawMaterial, RawTexture, RawWrap};
+use crowd_raster::{Material, Texture, sample};
+use crowd_source::RawCharacter;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -26,14 +29,10 @@ pub(crate) struct ShownTextures {
 impl ShownTextures {
     /// Looks at the textures of a character. One that does not decode counts as white: the reader has warned of it, or the first picture will.
     pub fn of(raw: &RawCharacter, triangle_materials: &[u16]) -> Self {
-        let textures: Vec<Option<Texture>> = raw
-            .images
-            .par_iter()
-            .map(|image| crowd_raster::decode_texture(&image.bytes, TEXTURE_SIDE_PX).ok())
-            .collect();
+        let decode = |image: &crowd_source::RawImage| crowd_raster::decode_texture(&image.bytes, TEXTURE_SIDE_PX).ok();
+        let textures: Vec<Option<Texture>> = raw.images.par_iter().map(decode).collect();
         let mesh = &raw.mesh;
-        let surfaces: Vec<Surface<'_>> =
-            raw.materials.iter().map(|material| Surface::new(material, &textures)).collect();
+        let surfaces = surfaces(raw.materials.iter().map(views::raster_material).collect(), &textures);
         let mut material_of = vec![0_u16; mesh.positions.len()];
         for (triangle, &material) in mesh.triangles.iter().zip(triangle_materials) {
             triangle.iter().for_each(|&v| material_of[v as usize] = material);
@@ -43,13 +42,9 @@ impl ShownTextures {
             let shown = surfaces[usize::from(material_of[v])].at(mesh.uvs[v], Vec3::new(tint[0], tint[1], tint[2]));
             shown.to_array()
         };
-        let contrast = |t: usize| {
-            let corners = mesh.triangles[t].map(|v| Vec2::from(mesh.uvs[v as usize]));
-            surfaces[usize::from(triangle_materials[t])].contrast(corners)
-        };
         Self {
             vertex_colors: (0..mesh.positions.len()).into_par_iter().map(vertex_color).collect(),
-            triangle_contrast: (0..mesh.triangles.len()).into_par_iter().map(contrast).collect(),
+            triangle_contrast: contrast(&surfaces, &mesh.triangles, triangle_materials, |v| mesh.uvs[v as usize]),
         }
     }
 
@@ -59,30 +54,57 @@ impl ShownTextures {
     }
 }
 
-/// A material with its texture, if it has one that decodes.
-struct Surface<'a> {
-    texture: Option<(&'a Texture, &'a RawTexture)>,
-    factor: Vec3,
+/// [`crowd_lod::Appearance::triangle_contrast`] of a character of a pack, in the order of its triangles: the numbers that its bake
+/// found.
+pub(crate) fn contrast_in_pack(character: &Unpacked<'_>) -> Vec<f32> {
+    let (materials, images) = raster_materials(character);
+    let decode = |&image: &u32| decode_image(character, image, TEXTURE_SIDE_PX).ok();
+    let textures: Vec<Option<Texture>> = images.par_iter().map(decode).collect();
+    let material = |triangle: &[u32; 3]| character.vertices[triangle[0] as usize].material() as u16;
+    let triangle_materials: Vec<u16> = character.triangles.iter().map(material).collect();
+    let uv = |v: u32| character.vertices[v as usize].uv;
+    contrast(&surfaces(materials, &textures), character.triangles, &triangle_materials, uv)
 }
 
-impl<'a> Surface<'a> {
-    fn new(material: &'a RawMaterial, textures: &'a [Option<Texture>]) -> Self {
-        let texture = material.texture.as_ref();
-        let decoded = texture.and_then(|used| Some((textures[used.image as usize].as_ref()?, used)));
-        let [r, g, b, _] = material.base_color;
-        Self { texture: decoded, factor: Vec3::new(r, g, b) }
-    }
+fn contrast(
+    surfaces: &[Surface<'_>],
+    triangles: &[[u32; 3]],
+    triangle_materials: &[u16],
+    uv: impl Fn(u32) -> [f32; 2] + Sync,
+) -> Vec<f32> {
+    let of = |(triangle, &material): (&[u32; 3], &u16)| {
+        surfaces[usize::from(material)].contrast(triangle.map(|v| Vec2::from(uv(v))))
+    };
+    triangles.par_iter().zip(triangle_materials).map(of).collect()
+}
 
+/// A material with its texture, if it has one that decodes.
+struct Surface<'a> {
+    material: Material,
+    texture: Option<&'a Texture>,
+}
+
+fn surfaces(materials: Vec<Material>, textures: &[Option<Texture>]) -> Vec<Surface<'_>> {
+    let with_texture = |material: Material| {
+        let texture = material.texture.and_then(|texture| textures[texture as usize].as_ref());
+        Surface { material, texture }
+    };
+    materials.into_iter().map(with_texture).collect()
+}
+
+impl Surface<'_> {
     /// The colour shown at a texture coordinate, sRGB. `tint`: the vertex colour, linear.
     fn at(&self, uv: [f32; 2], tint: Vec3) -> Vec3 {
         let texel = match self.texture {
-            Some((texture, used)) => {
-                let [r, g, b, _] = sample(texture, wrap(used.wrap_u), wrap(used.wrap_v), Vec2::from(uv), STEP_LOD);
+            Some(texture) => {
+                let (wrap_u, wrap_v) = (self.material.wrap_u, self.material.wrap_v);
+                let [r, g, b, _] = sample(texture, wrap_u, wrap_v, Vec2::from(uv), STEP_LOD);
                 Vec3::new(r, g, b)
             }
             None => Vec3::ONE,
         };
-        (texel * self.factor * tint).clamp(Vec3::ZERO, Vec3::ONE).to_array().map(srgb_from_linear).into()
+        let [r, g, b, _] = self.material.base_color;
+        (texel * Vec3::new(r, g, b) * tint).clamp(Vec3::ZERO, Vec3::ONE).to_array().map(srgb_from_linear).into()
     }
 
     /// RMS change of the colour for a small step, per unit of texture coordinate.
@@ -100,13 +122,5 @@ impl<'a> Surface<'a> {
         }
         let mean = squares / (2 * LOOKED_AT.len()) as f32;
         if mean.is_finite() { mean.sqrt() / STEP } else { 0.0 }
-    }
-}
-
-fn wrap(wrap: RawWrap) -> Wrap {
-    match wrap {
-        RawWrap::Repeat => Wrap::Repeat,
-        RawWrap::Clamp => Wrap::Clamp,
-        RawWrap::Mirror => Wrap::Mirror,
     }
 }

@@ -57,8 +57,6 @@ pub struct BakedCharacter {
     pub rest_palette: Vec<Mat3x4>,
     /// The order.
     pub order: CollapseOrder,
-    /// How its levels were measured.
-    pub lod_options: LodOptions,
     /// Bounds of each clip.
     pub clip_bounds: Vec<Bounds>,
     /// Bounds over all clips.
@@ -144,7 +142,9 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         measured_levels: 0,
         ..LodOptions::default()
     };
-    let order = simplify(&raw, &mesh, &clips, &lod_options, watch)
+    let triangle_materials = views::triangle_materials(&raw.mesh);
+    let shown = ShownTextures::of(&raw, &triangle_materials);
+    let order = simplify(&raw, &lod_mesh(&raw, &mesh, &triangle_materials, &shown), &clips, &lod_options, watch)
         .map_err(|error| BakeError::of(Step::Simplify, name, error))?;
     if order.triangles.is_empty() {
         let triangles = raw.mesh.triangles.len();
@@ -159,7 +159,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     let height_m = height_at_rest(&mesh, &order, &rest_palette);
     clock.lap(Step::Bound);
 
-    let levels = store_levels(&raw, &mesh, &order, &clips, height_m, &entry.levels);
+    let levels = store_levels(&raw, &mesh, &order, &shown, &clips, height_m, &entry.levels);
     if strict {
         expect_reached(&levels, &order).map_err(|cause| BakeError::of(Step::Levels, name, cause))?;
     }
@@ -175,7 +175,6 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         clips,
         rest_palette,
         order,
-        lod_options,
         clip_bounds,
         bounds,
         height_m,
@@ -257,18 +256,15 @@ fn matching_clips<'a>(names: impl Iterator<Item = &'a str> + Clone, asked: &str)
 
 fn simplify(
     raw: &RawCharacter,
-    mesh: &QuantizedMesh,
+    lod_mesh: &LodMesh<'_>,
     clips: &[SampledClip],
     options: &LodOptions,
     watch: Watch<'_>,
 ) -> Result<CollapseOrder, crowd_lod::Error> {
-    let triangle_materials = views::triangle_materials(&raw.mesh);
     let baked = bake_poses(clips);
     let poses =
         LodPoses { palettes: &baked.palettes, joint_count: raw.joints.len(), frame_weights: &baked.frame_weights };
-    let shown = ShownTextures::of(raw, &triangle_materials);
-    let lod_mesh = lod_mesh(raw, mesh, &triangle_materials, &shown);
-    crowd_lod::simplify(&lod_mesh, &poses, options, &|share| watch(Step::Simplify, share))
+    crowd_lod::simplify(lod_mesh, &poses, options, &|share| watch(Step::Simplify, share))
 }
 
 /// The character as the simplifier sees it.
@@ -313,6 +309,7 @@ fn store_levels(
     raw: &RawCharacter,
     mesh: &QuantizedMesh,
     order: &CollapseOrder,
+    shown: &ShownTextures,
     clips: &[SampledClip],
     height_m: f32,
     asked: &LevelsAsked,
@@ -332,7 +329,8 @@ fn store_levels(
         order.levels.clone(),
         &materials.iter().map(texels).collect::<Vec<_>>(),
     );
-    let ordered = if asked.refit { ordered.with_contrast(contrast_in_order(raw, order)) } else { ordered };
+    let contrast = shown.view().triangle_contrast;
+    let ordered = ordered.with_contrast(order.triangle_source.iter().map(|&t| contrast[t as usize]).collect());
     let palettes: Vec<Mat3x4> = clips.iter().flat_map(|clip| clip.palettes.iter().copied()).collect();
     let frame_counts: Vec<u32> = clips.iter().map(|clip| clip.frame_count).collect();
     let poses = LodPoses {
@@ -341,13 +339,6 @@ fn store_levels(
         frame_weights: &views::frame_weights(&frame_counts),
     };
     bake_levels(&ordered, &poses, height_m, asked)
-}
-
-/// How fast the texture's colours change in each triangle of the order: what a refit holds textures by.
-fn contrast_in_order(raw: &RawCharacter, order: &CollapseOrder) -> Vec<f32> {
-    let shown = ShownTextures::of(raw, &views::triangle_materials(&raw.mesh));
-    let contrast = shown.view().triangle_contrast;
-    order.triangle_source.iter().map(|&t| contrast[t as usize]).collect()
 }
 
 /// With `--strict`, a level that does not reach its target refuses the character.

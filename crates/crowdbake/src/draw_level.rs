@@ -83,12 +83,8 @@ impl Surfaces {
     /// # Errors
     /// An image that does not decode.
     pub(crate) fn load(character: &Unpacked<'_>) -> Result<Self, Cause> {
-        let mut images: Vec<u32> = character.materials.iter().map(|m| m.image).filter(|&image| image != NONE).collect();
-        images.sort_unstable();
-        images.dedup();
+        let (materials, images) = raster_materials(character);
         let decode = |&image: &u32| decode_image(character, image, TEXTURE_SIDE_PX);
-        let materials: Vec<Material> =
-            character.materials.iter().map(|record| raster_material(record, &images)).collect();
         let plain = |material: &Material| Material {
             base_color: [1.0; 4],
             texture: None,
@@ -112,6 +108,15 @@ pub(crate) fn decode_image(character: &Unpacked<'_>, image: u32, side_px: u32) -
     let record = character.contents.images[image as usize];
     let bytes = &character.contents.image_bytes[record.byte_offset as usize..][..record.byte_count as usize];
     Ok(crowd_raster::decode_texture(bytes, side_px)?)
+}
+
+/// Materials of a character of a pack, and the images of the pack that are their textures.
+pub(crate) fn raster_materials(character: &Unpacked<'_>) -> (Vec<Material>, Vec<u32>) {
+    let mut images: Vec<u32> = character.materials.iter().map(|m| m.image).filter(|&image| image != NONE).collect();
+    images.sort_unstable();
+    images.dedup();
+    let materials = character.materials.iter().map(|record| raster_material(record, &images)).collect();
+    (materials, images)
 }
 
 fn raster_material(record: &MaterialRecord, images: &[u32]) -> Material {

@@ -2,7 +2,8 @@
 
 use crowd_anim::{ClipView, Interpolation, Joint, Property, Skeleton, TrackView, Trs};
 use crowd_pack::VertexRecord;
-use crowd_source::{RawCharacter, RawClip, RawInterpolation, RawMesh, RawProperty};
+use crowd_raster::{Material, Wrap};
+use crowd_source::{RawCharacter, RawClip, RawInterpolation, RawMaterial, RawMesh, RawProperty, RawWrap};
 use glam::{Mat4, Quat, Vec3};
 
 /// The node tree for `crowd-anim`.
@@ -118,6 +119,25 @@ fn merge_repeated(joints: [u16; 4], mut weights: [f32; 4]) -> ([u16; 4], [f32; 4
         }
     }
     (joints, weights)
+}
+
+/// A material for `crowd-raster`; its texture is the image's index in the character.
+pub(crate) fn raster_material(material: &RawMaterial) -> Material {
+    let wrap = |wrap: RawWrap| match wrap {
+        RawWrap::Repeat => Wrap::Repeat,
+        RawWrap::Clamp => Wrap::Clamp,
+        RawWrap::Mirror => Wrap::Mirror,
+    };
+    Material {
+        base_color: material.base_color,
+        texture: material.texture.map(|texture| texture.image),
+        wrap_u: material.texture.map_or(Wrap::Repeat, |texture| wrap(texture.wrap_u)),
+        wrap_v: material.texture.map_or(Wrap::Repeat, |texture| wrap(texture.wrap_v)),
+        alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
+        double_sided: material.double_sided,
+        unlit: material.unlit,
+        flat: material.flat_normals,
+    }
 }
 
 /// Material of each triangle. Parts cover all triangles, as the reader promises.

@@ -7,8 +7,8 @@ use crate::pose::Mat3x4;
 use crate::views::{self, QuantizedMesh};
 use crowd_anim::SampledClip;
 use crowd_judge::{Judge, JudgeOptions, JudgedPoses, Paint, SkinnedMesh};
-use crowd_raster::{Material, Texture, Wrap};
-use crowd_source::{Limits, RawCharacter, RawWrap};
+use crowd_raster::Texture;
+use crowd_source::{Limits, RawCharacter};
 use rayon::prelude::*;
 use std::path::PathBuf;
 
@@ -134,24 +134,9 @@ fn between_frames(clip: &SampledClip, time_s: f64) -> f32 {
 
 /// Materials and decoded textures.
 fn paint_of(raw: &RawCharacter) -> Result<Paint, crowd_raster::Error> {
-    let wrap = |wrap: RawWrap| match wrap {
-        RawWrap::Repeat => Wrap::Repeat,
-        RawWrap::Clamp => Wrap::Clamp,
-        RawWrap::Mirror => Wrap::Mirror,
-    };
     let textures: Result<Vec<Texture>, _> =
         raw.images.par_iter().map(|image| crowd_raster::decode_texture(&image.bytes, TEXTURE_SIDE_PX)).collect();
-    let material = |material: &crowd_source::RawMaterial| Material {
-        base_color: material.base_color,
-        texture: material.texture.map(|texture| texture.image),
-        wrap_u: material.texture.map_or(Wrap::Repeat, |texture| wrap(texture.wrap_u)),
-        wrap_v: material.texture.map_or(Wrap::Repeat, |texture| wrap(texture.wrap_v)),
-        alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
-        double_sided: material.double_sided,
-        unlit: material.unlit,
-        flat: material.flat_normals,
-    };
-    Ok(Paint { materials: raw.materials.iter().map(material).collect(), textures: textures? })
+    Ok(Paint { materials: raw.materials.iter().map(views::raster_material).collect(), textures: textures? })
 }
 
 #[cfg(test)]
