@@ -3,6 +3,7 @@
 mod bench;
 mod comparisons;
 mod determinism;
+mod explanations;
 mod exports;
 mod frames;
 mod hostile;

@@ -35,6 +35,8 @@ pub struct NamedCharacter {
     pub discrete: Vec<(String, u32, Vec<f32>, bool)>,
     /// Frames measured: for the mean, and those added for the maximum.
     pub frames: [Vec<u32>; 2],
+    /// What keeps each vertex of the coarsest level.
+    pub obstacles: Vec<u8>,
     /// Warnings.
     pub warnings: Vec<String>,
 }
@@ -235,7 +237,7 @@ impl<'a> Reader<'a> {
         let parts = at.list(|at| (at.string(), at.varint() as u32, at.varint() as u32, at.byte() == 1));
         let _criteria = at.string();
         let _fps = at.floats(1);
-        let _seams = [0; 9].map(|_| at.varint());
+        let _seams = [0; 12].map(|_| at.varint());
         let levels = at.list(|at| (at.varint() as u32, at.varint() as u32, at.floats(1)[0]));
         let measured = at.list(Cursor::measured);
         let discrete = at.list(|at| {
@@ -248,8 +250,9 @@ impl<'a> Reader<'a> {
         let _samples = at.varint();
         let frames = [0; 2].map(|_| at.list(|at| at.varint() as u32));
         let _blocked = [0; 4].map(|_| at.varint());
+        let obstacles = at.list(Cursor::byte);
         let warnings = at.list(Cursor::string);
-        NamedCharacter { name, nodes, clips, materials, parts, levels, measured, discrete, frames, warnings }
+        NamedCharacter { name, nodes, clips, materials, parts, levels, measured, discrete, frames, obstacles, warnings }
     }
 
     fn read_track(&self, at: &mut Cursor<'_>) -> Track {

@@ -1,10 +1,10 @@
 //! Two characters small enough to check by hand: a flag of two triangles and a tetrahedron with a cut edge.
 
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestCharacter,
-    ManifestClip, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured, ManifestMeasuring, ManifestNode,
-    ManifestPart, ManifestSeams, ManifestTarget, ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord,
-    material_flags,
+    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestBlocked,
+    ManifestCharacter, ManifestClip, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured,
+    ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTarget, ManifestTrack, MaterialRecord, NONE,
+    PackContents, VertexRecord, material_flags,
 };
 
 /// A PNG of 2 x 2 pixels: red, white; white, blue.
@@ -207,7 +207,13 @@ fn add_tetrahedron(pack: &mut PackContents) {
         parts: vec![ManifestPart { name: "body".to_owned(), material: 0, triangle_count: 70_000, rigid: false }],
         criteria: "peng2011".to_owned(),
         fps: 4.0,
-        seams: ManifestSeams { position_count: 5, wedge_count: 300, regular_count: 5, ..ManifestSeams::default() },
+        seams: ManifestSeams {
+            position_count: 5,
+            wedge_count: 300,
+            regular_count: 5,
+            duplicate_triangle_count: 2,
+            ..ManifestSeams::default()
+        },
         levels: vec![
             ManifestLevel { vertex_count: 4, triangle_count: 4, error_m: 0.0 },
             ManifestLevel { vertex_count: 5, triangle_count: 6, error_m: 0.0 },
@@ -215,6 +221,8 @@ fn add_tetrahedron(pack: &mut PackContents) {
         measured,
         discrete,
         measuring: ManifestMeasuring { samples_per_frame: 1000, mean_frames: vec![0, 1, 4], worst_frames: vec![2] },
+        blocked: ManifestBlocked { fixed: 2, seam: 1, topology: 1, flip: 0 },
+        obstacles: vec![1, 1, 2, 3],
         ..ManifestCharacter::default()
     });
 }

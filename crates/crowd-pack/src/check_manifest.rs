@@ -4,7 +4,7 @@ use crate::check_contents::{expect, expect_finite};
 use crate::layout::{format_error, refuse_above};
 use crate::{
     CharacterRecord, LevelRecord, LevelSetRecord, Manifest, ManifestCharacter, ManifestMeasured, ManifestTarget,
-    ManifestTrack, PackContents, Result, limits,
+    ManifestTrack, PackContents, Result, limits, obstacle,
 };
 use std::collections::BTreeSet;
 
@@ -68,7 +68,24 @@ fn check_character(
         let fits = part.material < record.material_count;
         expect(fits, || here(&format!("part {number}: material")), part.material, allowed)?;
     }
+    check_obstacles(record, character, here)?;
     check_levels(contents, record, character, here)
+}
+
+/// None, or one of those there are for each vertex of the coarsest level.
+fn check_obstacles(
+    record: &CharacterRecord,
+    character: &ManifestCharacter,
+    here: &dyn Fn(&str) -> String,
+) -> Result<()> {
+    let (found, count) = (character.obstacles.len(), record.min_vertex_count as usize);
+    expect(found == 0 || found == count, || here("obstacles"), found, || format!("0, or {count}, one a vertex"))?;
+    for &found in &character.obstacles {
+        let fits = (obstacle::FIXED..=obstacle::FLIP).contains(&found);
+        let allowed = || format!("{} to {}", obstacle::FIXED, obstacle::FLIP);
+        expect(fits, || here("obstacle"), found, allowed)?;
+    }
+    Ok(())
 }
 
 fn check_nodes(character: &ManifestCharacter, here: &dyn Fn(&str) -> String) -> Result<()> {

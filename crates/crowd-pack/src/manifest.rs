@@ -47,6 +47,8 @@ pub struct ManifestCharacter {
     pub measuring: ManifestMeasuring,
     /// What kept the coarsest level from going further.
     pub blocked: ManifestBlocked,
+    /// For each vertex of the coarsest level, what keeps its position there, one of [`obstacle`]; empty where nobody knows.
+    pub obstacles: Vec<u8>,
     /// Warnings of the import and the bake, as sentences.
     pub warnings: Vec<String>,
 }
@@ -141,10 +143,16 @@ pub struct ManifestSeams {
     pub companion_count: u32,
     /// Wedges of class regular.
     pub regular_count: u32,
-    /// Triangles of the source that had two corners at one place.
+    /// Triangles of the source left out: two corners at one place.
     pub degenerate_triangle_count: u32,
+    /// Triangles of the source left out: they repeat another one.
+    pub duplicate_triangle_count: u32,
+    /// Triangles kept that lie on another one, turned round or with other attributes.
+    pub coincident_triangle_count: u32,
     /// Edges with more than two triangles.
     pub non_manifold_edge_count: u32,
+    /// Positions on such an edge, or where surfaces meet in a point.
+    pub non_manifold_position_count: u32,
 }
 
 /// A level of the order.
@@ -244,7 +252,7 @@ pub struct ManifestBlocked {
     pub flip: u32,
 }
 
-/// What keeps a position from moving, as [`ManifestBlocked`] counts it.
+/// Entries of [`ManifestCharacter::obstacles`], as [`ManifestBlocked`] counts them.
 pub mod obstacle {
     /// Open border or class fixed.
     pub const FIXED: u8 = 1;

@@ -6,12 +6,12 @@ use crate::error::{BakeError, Cause, Step};
 use crate::measure_levels::SAMPLES_PER_FRAME;
 use crate::plan::criteria_name;
 use crate::views::QuantizedMesh;
-use crowd_lod::{CollapseOrder, VertexClass};
+use crowd_lod::{CollapseOrder, Obstacle, VertexClass};
 use crowd_pack::{
     AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestBlocked,
     ManifestCharacter, ManifestClip, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured,
     ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTrack, MaterialRecord, NONE, PackContents,
-    REFERENCE_HEIGHT_PX, VertexRecord, material_flags, vertex_class,
+    REFERENCE_HEIGHT_PX, VertexRecord, material_flags, obstacle, vertex_class,
 };
 use crowd_source::{ImageEncoding, RawClip, RawImage, RawInterpolation, RawMaterial, RawProperty, RawWrap};
 use std::collections::HashMap;
@@ -266,6 +266,7 @@ impl Assembly {
                 topology: blocked.topology,
                 flip: blocked.flip,
             },
+            obstacles: order.obstacles.iter().copied().map(obstacle_code).collect(),
             warnings: baked.warnings.iter().map(warning_sentence).collect(),
         })
     }
@@ -352,7 +353,19 @@ fn manifest_seams(order: &CollapseOrder) -> ManifestSeams {
         companion_count: seams.companion_count,
         regular_count: seams.regular_count,
         degenerate_triangle_count: seams.degenerate_triangle_count,
+        duplicate_triangle_count: seams.duplicate_triangle_count,
+        coincident_triangle_count: seams.coincident_triangle_count,
         non_manifold_edge_count: seams.non_manifold_edge_count,
+        non_manifold_position_count: seams.non_manifold_position_count,
+    }
+}
+
+fn obstacle_code(obstacle: Obstacle) -> u8 {
+    match obstacle {
+        Obstacle::Fixed => obstacle::FIXED,
+        Obstacle::Seam => obstacle::SEAM,
+        Obstacle::Topology => obstacle::TOPOLOGY,
+        Obstacle::Flip => obstacle::FLIP,
     }
 }
 

@@ -100,10 +100,54 @@ pub struct Seams {
     pub companion: u32,
     /// Wedges of class regular.
     pub regular: u32,
+    /// What is odd about the surface.
+    #[serde(flatten)]
+    pub odd: OddCounts,
+}
+
+/// What is odd about a surface at full detail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct OddCounts {
     /// Triangles dropped: two corners at one place.
     pub degenerate_triangles: u32,
+    /// Triangles dropped: they repeat another one.
+    pub duplicate_triangles: u32,
+    /// Triangles kept that lie on another one, turned round or with other attributes.
+    pub coincident_triangles: u32,
     /// Edges with more than two triangles.
     pub non_manifold_edges: u32,
+    /// Positions on such an edge, or where surfaces meet in a point.
+    pub non_manifold_positions: u32,
+}
+
+impl OddCounts {
+    /// As a pack says it.
+    pub(crate) fn of_pack(seams: &ManifestSeams) -> Self {
+        Self {
+            degenerate_triangles: seams.degenerate_triangle_count,
+            duplicate_triangles: seams.duplicate_triangle_count,
+            coincident_triangles: seams.coincident_triangle_count,
+            non_manifold_edges: seams.non_manifold_edge_count,
+            non_manifold_positions: seams.non_manifold_position_count,
+        }
+    }
+
+    /// What there is, in words; `None` where nothing is odd.
+    pub fn words(&self) -> Option<String> {
+        let kinds = [
+            (self.degenerate_triangles, "degenerate triangles dropped"),
+            (self.duplicate_triangles, "repeated triangles dropped"),
+            (self.coincident_triangles, "triangles on top of another one"),
+            (self.non_manifold_edges, "edges with more than two triangles"),
+            (self.non_manifold_positions, "places where surfaces meet in a point or on such an edge"),
+        ];
+        let found: Vec<String> = kinds
+            .iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|&(count, what)| format!("{} {what}", grouped(count)))
+            .collect();
+        (!found.is_empty()).then(|| found.join(", "))
+    }
 }
 
 /// A clip.
@@ -408,8 +452,7 @@ impl From<&ManifestSeams> for Seams {
             on_border: seams.border_count,
             companion: seams.companion_count,
             regular: seams.regular_count,
-            degenerate_triangles: seams.degenerate_triangle_count,
-            non_manifold_edges: seams.non_manifold_edge_count,
+            odd: OddCounts::of_pack(seams),
         }
     }
 }
@@ -424,8 +467,13 @@ impl From<&SeamReport> for Seams {
             on_border: seams.border_count,
             companion: seams.companion_count,
             regular: seams.regular_count,
-            degenerate_triangles: seams.degenerate_triangle_count,
-            non_manifold_edges: seams.non_manifold_edge_count,
+            odd: OddCounts {
+                degenerate_triangles: seams.degenerate_triangle_count,
+                duplicate_triangles: seams.duplicate_triangle_count,
+                coincident_triangles: seams.coincident_triangle_count,
+                non_manifold_edges: seams.non_manifold_edge_count,
+                non_manifold_positions: seams.non_manifold_position_count,
+            },
         }
     }
 }
@@ -478,12 +526,8 @@ fn write_character(out: &mut String, character: &CharacterInspection) {
         grouped(s.fixed),
         grouped(s.on_border)
     );
-    if s.degenerate_triangles + s.non_manifold_edges > 0 {
-        let _ = writeln!(
-            out,
-            "  odd           {} degenerate triangles dropped, {} edges with more than two triangles",
-            s.degenerate_triangles, s.non_manifold_edges
-        );
+    if let Some(odd) = s.odd.words() {
+        let _ = writeln!(out, "  odd           {odd}");
     }
     if let Some(b) = c.blocked {
         let _ = writeln!(

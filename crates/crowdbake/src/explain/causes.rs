@@ -158,7 +158,7 @@ pub fn stuck_positions(character: &Unpacked<'_>) -> Vec<Stuck> {
     let peng = character.manifest.criteria == "peng2011";
     let mut seen = vec![false; around.position_of.len()];
     let mut stuck = Vec::new();
-    for (vertex, &obstacle) in noted_obstacles(character).iter().enumerate() {
+    for (vertex, &obstacle) in character.manifest.obstacles.iter().enumerate() {
         let position = around.position_of[vertex] as usize;
         if !std::mem::replace(&mut seen[position], true) {
             let fixed_class = peng && character.vertices[vertex].class() == vertex_class::FIXED;
@@ -167,11 +167,6 @@ pub fn stuck_positions(character: &Unpacked<'_>) -> Vec<Stuck> {
         }
     }
     stuck
-}
-
-/// What the bake noted for each vertex of the coarsest level. Format 2 has no room for it yet, so that causes and places stay empty.
-fn noted_obstacles<'a>(_: &Unpacked<'a>) -> &'a [u8] {
-    &[]
 }
 
 /// What lies around each position of a level.

@@ -6,6 +6,7 @@ mod to_text;
 pub use causes::{Cause, Stuck, Words, stuck_positions};
 pub use to_text::to_text;
 
+use crate::inspect::OddCounts;
 use crate::pose::{Mat3x4, pose_positions};
 use crate::unpack::{Unpacked, triangle_target};
 use crowd_pack::{LodRecord, ManifestMeasured};
@@ -28,6 +29,8 @@ pub struct Explanation {
     pub full: Counts,
     /// The coarsest level.
     pub coarsest: Counts,
+    /// What is odd about its surface: kept or dropped with a count, but a hindrance.
+    pub odd: OddCounts,
     /// Positions of the coarsest level that cannot move.
     pub stuck_positions: u32,
     /// Of these, by the bake's words.
@@ -152,6 +155,7 @@ pub fn explain(character: &Unpacked<'_>, ratios: &[f64]) -> Explanation {
         criteria: manifest.criteria.clone(),
         full: Counts { vertices: record.vertex_count, triangles: record.triangle_count },
         coarsest: Counts { vertices: record.min_vertex_count, triangles: record.min_triangle_count },
+        odd: OddCounts::of_pack(&manifest.seams),
         stuck_positions: blocked.fixed + blocked.seam + blocked.topology + blocked.flip,
         obstacles: ObstacleCounts {
             fixed: blocked.fixed,

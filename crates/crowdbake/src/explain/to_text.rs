@@ -47,6 +47,9 @@ pub fn to_text(explanation: &Explanation, clips: &[&str]) -> String {
             let _ = writeln!(out, "                or bake with {flag}");
         }
     }
+    if let Some(odd) = e.odd.words() {
+        let _ = writeln!(out, "  odd           {odd}");
+    }
     for place in e.places.iter().take(LISTED_PLACES) {
         write_place(&mut out, place);
     }
