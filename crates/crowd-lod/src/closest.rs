@@ -1,13 +1,19 @@
 //! Finds the closest triangle to a point: a box tree built once and refitted for each pose.
 
+mod distance;
+mod lines;
 mod point;
 
+pub(crate) use distance::{distances_squared, triangle_distance_squared};
+pub(crate) use lines::line_crosses_triangle;
 pub(crate) use point::Hit;
 
-use crate::quadrics::{cross, dot, sub};
+use crate::quadrics::sub;
 
 /// Triangles in a leaf at most.
 const LEAF_SIZE: usize = 4;
+/// A limit that no box lies within.
+const NOTHING: f32 = -1.0;
 
 #[derive(Debug, Clone, Copy)]
 struct Node {
@@ -133,81 +139,25 @@ impl ClosestTriangles {
         hint: u32,
         enough: f32,
     ) -> Option<(u32, f32)> {
-        if self.nodes.is_empty() {
-            return None;
-        }
         let (mut best, mut found) = match triangles.get(hint as usize) {
-            Some(t) => (triangle_distance_squared(point, t.map(|v| positions[v as usize])), hint),
-            None => (f32::INFINITY, self.order[0]),
+            Some(t) => (triangle_distance_squared(point, corners_of(*t, positions)), hint),
+            None => (f32::INFINITY, *self.order.first()?),
         };
-        // Halving splits of fewer than 2^28 triangles: the stack never holds more than one node a level.
-        let mut stack = [(0_u32, 0.0_f32); 64];
-        let mut depth = 1;
-        stack[0] = (0, self.box_distance(0, point));
-        while depth > 0 && best > enough {
-            depth -= 1;
-            let (at, distance) = stack[depth];
-            if distance >= best {
-                continue;
-            }
-            let node = &self.nodes[at as usize];
-            if node.second == 0 {
-                for &t in &self.order[node.start as usize..node.end as usize] {
-                    let corners = triangles[t as usize].map(|v| positions[v as usize]);
-                    let squared = triangle_distance_squared(point, corners);
+        let limit = |best: f32| if best <= enough { NOTHING } else { best };
+        self.descend(
+            point,
+            limit(best),
+            |_| true,
+            |leaf| {
+                for (&t, squared) in leaf.iter().zip(leaf_distances(point, positions, triangles, leaf)) {
                     if squared < best {
                         (best, found) = (squared, t);
                     }
                 }
-                continue;
-            }
-            let (a, b) = (at + 1, node.second);
-            let (to_a, to_b) = (self.box_distance(a, point), self.box_distance(b, point));
-            let (near, far) = if to_a <= to_b { ((a, to_a), (b, to_b)) } else { ((b, to_b), (a, to_a)) };
-            stack[depth] = far;
-            stack[depth + 1] = near;
-            depth += 2;
-        }
+                limit(best)
+            },
+        );
         Some((found, best))
-    }
-
-    /// Calls `visit` with each triangle through whose front the line through `origin` along `direction`, a unit vector, leaves,
-    /// within `reach` to both sides, and with the signed distance from the origin.
-    pub fn leaving_line(
-        &self,
-        origin: [f32; 3],
-        direction: [f32; 3],
-        reach: f32,
-        positions: &[[f32; 3]],
-        triangles: &[[u32; 3]],
-        mut visit: impl FnMut(u32, f32),
-    ) {
-        if self.nodes.is_empty() {
-            return;
-        }
-        let mut stack = [0_u32; 64];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let at = stack[depth];
-            let node = &self.nodes[at as usize];
-            if !line_meets_box(origin, direction, reach, node.low, node.high) {
-                continue;
-            }
-            if node.second == 0 {
-                for &t in &self.order[node.start as usize..node.end as usize] {
-                    let corners = triangles[t as usize].map(|v| positions[v as usize]);
-                    if let Some(height) = line_leaves_triangle(origin, direction, corners).filter(|h| h.abs() <= reach)
-                    {
-                        visit(t, height);
-                    }
-                }
-                continue;
-            }
-            stack[depth] = node.second;
-            stack[depth + 1] = at + 1;
-            depth += 2;
-        }
     }
 
     /// Notes which nodes hold triangles of one group alone. `of_triangle`: each triangle's group, below `u32::MAX`.
@@ -232,32 +182,53 @@ impl ClosestTriangles {
         own: u32,
     ) -> Option<(f32, u32)> {
         let mut best: Option<(f32, u32)> = None;
-        let mut stack = vec![0_u32];
-        while let Some(at) = stack.pop() {
-            let reach = best.map_or(f32::INFINITY, |b| b.0);
-            if groups.of_node[at as usize] == own || self.box_distance(at, point) >= reach {
+        let other = |node: u32| groups.of_node[node as usize] != own;
+        self.descend(point, f32::INFINITY, other, |leaf| {
+            for (&t, squared) in leaf.iter().zip(leaf_distances(point, positions, triangles, leaf)) {
+                if groups.of_triangle[t as usize] != own && best.is_none_or(|b| squared < b.0) {
+                    best = Some((squared, t));
+                }
+            }
+            best.map_or(f32::INFINITY, |b| b.0)
+        });
+        best
+    }
+
+    /// Goes down to the leaves whose box lies nearer to a point than the limit, the nearer of two children first. `limit`: a squared
+    /// distance; `visit` gets the triangles of a leaf and gives the limit from then on, [`NOTHING`] to end. `enter`: whether a
+    /// node is of interest at all.
+    fn descend(
+        &self,
+        point: [f32; 3],
+        mut limit: f32,
+        enter: impl Fn(u32) -> bool,
+        mut visit: impl FnMut(&[u32]) -> f32,
+    ) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        // Halving splits of fewer than 2^28 triangles: the stack never holds more than one node a level.
+        let mut stack = [(0_u32, 0.0_f32); 64];
+        let mut depth = 1;
+        stack[0] = (0, self.box_distance(0, point));
+        while depth > 0 {
+            depth -= 1;
+            let (at, distance) = stack[depth];
+            if distance >= limit || !enter(at) {
                 continue;
             }
             let node = &self.nodes[at as usize];
             if node.second == 0 {
-                for &t in &self.order[node.start as usize..node.end as usize] {
-                    if groups.of_triangle[t as usize] != own {
-                        let corners = triangles[t as usize].map(|v| positions[v as usize]);
-                        let distance = triangle_distance_squared(point, corners);
-                        if best.is_none_or(|b| distance < b.0) {
-                            best = Some((distance, t));
-                        }
-                    }
-                }
+                limit = visit(&self.order[node.start as usize..node.end as usize]);
                 continue;
             }
             let (a, b) = (at + 1, node.second);
-            let near_first = self.box_distance(a, point) <= self.box_distance(b, point);
-            let (near, far) = if near_first { (a, b) } else { (b, a) };
-            stack.push(far);
-            stack.push(near);
+            let (to_a, to_b) = (self.box_distance(a, point), self.box_distance(b, point));
+            let (near, far) = if to_a <= to_b { ((a, to_a), (b, to_b)) } else { ((b, to_b), (a, to_a)) };
+            stack[depth] = far;
+            stack[depth + 1] = near;
+            depth += 2;
         }
-        best
     }
 
     fn box_distance(&self, node: u32, point: [f32; 3]) -> f32 {
@@ -271,80 +242,26 @@ impl ClosestTriangles {
     }
 }
 
-/// Whether a piece of a line meets a box. May say yes where it only comes near.
-fn line_meets_box(origin: [f32; 3], direction: [f32; 3], reach: f32, low: [f32; 3], high: [f32; 3]) -> bool {
-    let (mut from, mut to) = (-reach, reach);
-    for i in 0..3 {
-        if direction[i].abs() < 1.0e-9 {
-            if origin[i] < low[i] || origin[i] > high[i] {
-                return false;
-            }
-            continue;
-        }
-        let (a, b) = ((low[i] - origin[i]) / direction[i], (high[i] - origin[i]) / direction[i]);
-        // Rounding must not lose a triangle that lies in its box's side.
-        let slack = 1.0e-6 * (1.0 + a.abs().max(b.abs()));
-        from = from.max(a.min(b) - slack);
-        to = to.min(a.max(b) + slack);
+/// Squared distances of a point to the triangles of a leaf; what exceeds their number repeats the first.
+fn leaf_distances(point: [f32; 3], positions: &[[f32; 3]], triangles: &[[u32; 3]], leaf: &[u32]) -> [f32; LEAF_SIZE] {
+    let mut corners = [[[0.0; 3]; 3]; LEAF_SIZE];
+    for (i, corners) in corners.iter_mut().enumerate() {
+        let t = *leaf.get(i).unwrap_or(&leaf[0]);
+        *corners = corners_of(triangles[t as usize], positions);
     }
-    from <= to
+    distances_squared(&[point; LEAF_SIZE], &corners)
 }
 
-/// Where a line leaves through the front of a triangle, as the signed distance from its origin; edges belong to it. None
-/// where it enters from the front, or runs along.
-pub(crate) fn line_leaves_triangle(origin: [f32; 3], direction: [f32; 3], [a, b, c]: [[f32; 3]; 3]) -> Option<f32> {
-    let faces = dot(direction, cross(sub(b, a), sub(c, a)));
-    if faces > 0.0 { line_crosses_triangle(origin, direction, [a, b, c]) } else { None }
-}
-
-/// Where a line crosses a triangle from either side, as the signed distance from its origin; edges belong to it.
-pub(crate) fn line_crosses_triangle(origin: [f32; 3], direction: [f32; 3], [a, b, c]: [[f32; 3]; 3]) -> Option<f32> {
-    let (e, f) = (sub(b, a), sub(c, a));
-    let across = cross(direction, f);
-    // Minus twice the area times the cosine between line and normal.
-    let determinant = dot(e, across);
-    if determinant * determinant <= 1.0e-12 * dot(e, e) * dot(f, f) {
-        return None;
-    }
-    let from_a = sub(origin, a);
-    let s = dot(from_a, across) / determinant;
-    let turned = cross(from_a, e);
-    let t = dot(direction, turned) / determinant;
-    const EDGE: f32 = 1.0e-5;
-    (s >= -EDGE && t >= -EDGE && s + t <= 1.0 + EDGE).then(|| dot(f, turned) / determinant)
-}
-
-/// Squared distance from a point to a triangle: to its plane when the point is above it, else to its edges.
-pub(crate) fn triangle_distance_squared(point: [f32; 3], [a, b, c]: [[f32; 3]; 3]) -> f32 {
-    let n = cross(sub(b, a), sub(c, a));
-    let length_squared = dot(n, n);
-    let flat = length_squared <= f32::MIN_POSITIVE;
-    // The closest point lies on an edge that the point is beyond.
-    let mut least = f32::INFINITY;
-    for (from, to) in [(a, b), (b, c), (c, a)] {
-        if flat || dot(cross(n, sub(to, from)), sub(point, from)) < 0.0 {
-            least = least.min(segment_distance_squared(point, from, to));
-        }
-    }
-    if least < f32::INFINITY {
-        return least;
-    }
-    let height = dot(n, sub(point, a));
-    height * height / length_squared
-}
-
-fn segment_distance_squared(point: [f32; 3], from: [f32; 3], to: [f32; 3]) -> f32 {
-    let along = sub(to, from);
-    let offset = sub(point, from);
-    let length_squared = dot(along, along);
-    let share = if length_squared > 0.0 { (dot(offset, along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
-    let rest = [offset[0] - share * along[0], offset[1] - share * along[1], offset[2] - share * along[2]];
-    dot(rest, rest)
+/// Where the corners of a triangle lie. Spelt out, for the searches spend their time here and in the distance.
+#[inline]
+pub(crate) fn corners_of([a, b, c]: [u32; 3], positions: &[[f32; 3]]) -> [[f32; 3]; 3] {
+    [positions[a as usize], positions[b as usize], positions[c as usize]]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quadrics::dot;
     use proptest::prelude::*;
 
     fn place() -> impl Strategy<Value = [f32; 3]> {
@@ -383,60 +300,6 @@ mod tests {
                 prop_assert!((gap - least).abs() <= 1.0e-2 * least.max(1.0), "{gap} {least}");
             }
         }
-
-        #[test]
-        fn tree_lets_lines_leave_where_trying_all_does(
-            built in prop::collection::vec([place(), place(), place()], 1..80),
-            origin in place(),
-            aim in place(),
-            reach in 0.1_f32..6.0,
-        ) {
-            let length = dot(aim, aim).sqrt();
-            prop_assume!(length > 0.01);
-            let direction = aim.map(|c| c / length);
-            let triangles: Vec<[u32; 3]> = (0..built.len() as u32).map(|i| [i * 3, i * 3 + 1, i * 3 + 2]).collect();
-            let mut tree = ClosestTriangles::new(built.as_flattened(), &triangles);
-            tree.refit(built.as_flattened(), &triangles);
-            let mut found = Vec::new();
-            tree.leaving_line(origin, direction, reach, built.as_flattened(), &triangles, |t, h| found.push((t, h)));
-            found.sort_unstable_by_key(|hit| hit.0);
-            let all: Vec<(u32, f32)> = built
-                .iter()
-                .enumerate()
-                .filter_map(|(t, &corners)| Some((t as u32, line_leaves_triangle(origin, direction, corners)?)))
-                .filter(|hit| hit.1.abs() <= reach)
-                .collect();
-            prop_assert_eq!(found, all);
-        }
-    }
-
-    #[test]
-    fn distance_to_a_triangle_by_hand() {
-        let triangle = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
-        for (point, squared) in [
-            ([1.0, 1.0, 3.0], 9.0),
-            ([-3.0, -4.0, 0.0], 25.0),
-            ([2.0, -2.0, 0.0], 4.0),
-            ([4.0, 4.0, 0.0], 8.0),
-            ([6.0, 0.0, 1.0], 5.0),
-        ] {
-            let found = triangle_distance_squared(point, triangle);
-            assert!((found - squared).abs() < 1.0e-5, "{point:?}: {found}");
-        }
-        let thread = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
-        assert_eq!(triangle_distance_squared([1.0, 2.0, 0.0], thread), 4.0);
-    }
-
-    #[test]
-    fn line_through_a_triangle_by_hand() {
-        let triangle = [[0.0, 0.0, 2.0], [4.0, 0.0, 2.0], [0.0, 4.0, 2.0]];
-        let up = [0.0, 0.0, 1.0];
-        assert_eq!(line_leaves_triangle([1.0, 1.0, 0.0], up, triangle), Some(2.0));
-        assert_eq!(line_leaves_triangle([1.0, 1.0, 5.0], up, triangle), Some(-3.0));
-        assert_eq!(line_leaves_triangle([0.0, 0.0, 0.0], up, triangle), Some(2.0), "a corner belongs to it");
-        assert_eq!(line_leaves_triangle([3.0, 3.0, 0.0], up, triangle), None);
-        assert_eq!(line_leaves_triangle([1.0, 1.0, 2.0], [1.0, 0.0, 0.0], triangle), None, "edge-on");
-        assert_eq!(line_leaves_triangle([1.0, 1.0, 5.0], [0.0, 0.0, -1.0], triangle), None, "from the front");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! closest triangle is nearer than the maximum so far needs no search. What it takes is two slices of vertices, so that
 //! whoever has a pack can measure it again.
 
-use crate::closest::{ClosestTriangles, triangle_distance_squared};
+use crate::closest::{ClosestTriangles, corners_of, distances_squared};
 use crate::measure::{Sample, place_of, spread_samples};
 use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::{LodPoses, Mat3x4};
@@ -12,6 +12,8 @@ use rayon::prelude::*;
 
 /// Further points on the level that the maximum looks at, spread by area, beside every triangle's middle.
 const MAXIMUM_SAMPLES: u32 = 2000;
+/// Points whose likely distances are computed in one go.
+const AT_ONCE: usize = 8;
 /// What the bound adds to the maximum found, as a share: points between those looked at, and frames not measured. Found by
 /// measuring with more points on other frames, see the tests.
 const BOUND_SHARE: f32 = 0.25;
@@ -252,16 +254,24 @@ impl Points {
 
     /// The largest squared distance of the points, or `largest` where none is farther.
     fn raise(&mut self, mut largest: f32, positions: &[[f32; 3]], triangles: &[[u32; 3]], to: &Target<'_>) -> f32 {
-        for (sample, closest) in self.samples.iter().zip(&mut self.closest) {
-            let point = place(sample, positions, triangles);
-            if let Some(corners) = to.triangles.get(*closest as usize)
-                && triangle_distance_squared(point, corners.map(|v| to.positions[v as usize])) <= largest
-            {
-                continue;
+        for (samples, closest) in self.samples.chunks(AT_ONCE).zip(self.closest.chunks_mut(AT_ONCE)) {
+            let (mut points, mut likely) = ([[0.0; 3]; AT_ONCE], [[[0.0; 3]; 3]; AT_ONCE]);
+            for i in 0..AT_ONCE {
+                let i_there = if i < samples.len() { i } else { 0 };
+                points[i] = place(&samples[i_there], positions, triangles);
+                let triangle = to.triangles.get(closest[i_there] as usize).unwrap_or(&to.triangles[0]);
+                likely[i] = corners_of(*triangle, to.positions);
             }
-            if let Some((found, squared)) = to.tree.close_enough(point, to.positions, to.triangles, *closest, largest) {
-                *closest = found;
-                largest = largest.max(squared);
+            let near = distances_squared(&points, &likely);
+            for (i, closest) in closest.iter_mut().enumerate() {
+                if near[i] <= largest {
+                    continue;
+                }
+                let found = to.tree.close_enough(points[i], to.positions, to.triangles, *closest, largest);
+                if let Some((found, squared)) = found {
+                    *closest = found;
+                    largest = largest.max(squared);
+                }
             }
         }
         largest
@@ -326,7 +336,7 @@ fn diagonal(positions: &[[f32; 3]]) -> f32 {
 
 /// Where a point of a mesh lies.
 fn place(sample: &Sample, positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> [f32; 3] {
-    place_of(sample, triangles[sample.triangle as usize].map(|v| positions[v as usize]))
+    place_of(sample, corners_of(triangles[sample.triangle as usize], positions))
 }
 
 fn face([a, b, c]: [[f32; 3]; 3]) -> [f32; 3] {

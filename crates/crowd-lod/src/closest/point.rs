@@ -1,6 +1,6 @@
 //! Finds the closest point itself, not its distance alone.
 
-use super::ClosestTriangles;
+use super::{ClosestTriangles, corners_of};
 use crate::quadrics::{cross, dot, sub};
 
 /// The closest point of a mesh to a point.
@@ -25,13 +25,9 @@ impl ClosestTriangles {
         facing: Option<[f32; 3]>,
         first: Option<u32>,
     ) -> Option<Hit> {
-        if self.nodes.is_empty() {
-            return None;
-        }
         let mut best: Option<Hit> = None;
-        let mut limit = f32::INFINITY;
-        let mut try_triangle = |t: u32, limit: &mut f32| {
-            let corners = triangles[t as usize].map(|v| positions[v as usize]);
+        let try_triangle = |t: u32, best: &mut Option<Hit>| {
+            let corners = corners_of(triangles[t as usize], positions);
             if let Some(facing) = facing {
                 let n = cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]));
                 let faces = dot(n, facing) > 0.0;
@@ -40,37 +36,25 @@ impl ClosestTriangles {
                 }
             }
             let (weights, distance_squared) = closest_on_triangle(point, corners);
-            if distance_squared < *limit || (distance_squared == *limit && best.is_none_or(|hit| t < hit.triangle)) {
-                *limit = distance_squared;
-                best = Some(Hit { triangle: t, weights, distance_squared });
+            let nearer = |hit: Hit| (distance_squared, t) < (hit.distance_squared, hit.triangle);
+            if best.is_none_or(nearer) {
+                *best = Some(Hit { triangle: t, weights, distance_squared });
             }
         };
+        // An equally close triangle may be a lower one.
+        let limit = |best: Option<Hit>| best.map_or(f32::INFINITY, |hit| hit.distance_squared.next_up());
         if let Some(t) = first.filter(|&t| (t as usize) < triangles.len()) {
-            try_triangle(t, &mut limit);
+            try_triangle(t, &mut best);
         }
-        let mut stack = [(0_u32, 0.0_f32); 64];
-        let mut depth = 1;
-        stack[0] = (0, self.box_distance(0, point));
-        while depth > 0 {
-            depth -= 1;
-            let (at, distance) = stack[depth];
-            if distance > limit {
-                continue;
-            }
-            let node = &self.nodes[at as usize];
-            if node.second == 0 {
-                for &t in &self.order[node.start as usize..node.end as usize] {
-                    try_triangle(t, &mut limit);
-                }
-                continue;
-            }
-            let (a, b) = (at + 1, node.second);
-            let (to_a, to_b) = (self.box_distance(a, point), self.box_distance(b, point));
-            let (near, far) = if to_a <= to_b { ((a, to_a), (b, to_b)) } else { ((b, to_b), (a, to_a)) };
-            stack[depth] = far;
-            stack[depth + 1] = near;
-            depth += 2;
-        }
+        self.descend(
+            point,
+            limit(best),
+            |_| true,
+            |leaf| {
+                leaf.iter().for_each(|&t| try_triangle(t, &mut best));
+                limit(best)
+            },
+        );
         best
     }
 }
