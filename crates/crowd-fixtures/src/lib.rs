@@ -1,4 +1,4 @@
-//! Draws the characters and proofs under `fixtures/`, the same bytes every time.
+//! Draws the characters, proofs and scenes under `fixtures/`, the same bytes every time.
 //!
 //! Bodies are modelled as stacks of rings bridged into one closed surface, painted from bind-pose positions, weighted along
 //! their limbs and moved by hand-written gaits. Every file is made from numbers in this crate; nothing is read.
@@ -17,7 +17,9 @@ pub mod people;
 pub mod preview;
 pub mod profile;
 pub mod proofs;
+pub mod scenes;
 pub mod shape;
+pub mod sqlite_file;
 pub mod wear;
 
 /// One file below the fixtures folder.
@@ -44,6 +46,7 @@ pub fn generate() -> Vec<Fixture> {
     }
     out.extend(proofs::proofs());
     out.extend(bad::refusals());
+    out.extend(scenes::scenes());
     out.sort_by(|a, b| a.path.cmp(&b.path));
     out
 }

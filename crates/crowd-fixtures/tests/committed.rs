@@ -19,7 +19,7 @@ fn committed_files_are_the_generators() {
         assert!(committed == f.bytes, "{} differs: run `cargo run --release -p crowd-fixtures -- fixtures`", f.path);
     }
     let names: BTreeSet<&str> = made.iter().map(|f| f.path.as_str()).collect();
-    for part in ["good", "bad"] {
+    for part in ["good", "bad", "scenes"] {
         for entry in std::fs::read_dir(folder().join(part)).expect("the folder is committed") {
             let name = format!("{part}/{}", entry.expect("readable").file_name().to_string_lossy());
             assert!(names.contains(name.as_str()), "{name} is not made by the generator");

@@ -94,6 +94,29 @@ pub fn frame_crowd(instances: &[Instance], height_m: f32, aspect: f32) -> Camera
     place.seen_from(eye_height / tan_of_lowest_ray(), eye_height)
 }
 
+/// A camera that has the whole box between two corners in the picture, seen from the front (+Z), the right and above: 35
+/// degrees above the ground, 25 to the side. `aspect`: width over height.
+pub fn overlook(low: Vec3, high: Vec3, aspect: f32) -> Camera {
+    let (low, high) = if low.is_finite() && high.is_finite() { (low, high) } else { (Vec3::ZERO, Vec3::ONE) };
+    let aspect = if aspect.is_finite() { aspect.clamp(0.1, 10.0) } else { 1.0 };
+    let middle = 0.5 * (low + high);
+    let seen_at = |distance: f32| Camera::orbit(middle, distance, 25.0_f32.to_radians(), 35.0_f32.to_radians());
+    let corners = (0..8).map(|i| {
+        let pick = |bit: u32, low: f32, high: f32| if i >> bit & 1 == 0 { low } else { high };
+        Vec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z))
+    });
+    let corners: Vec<Vec3> = corners.collect();
+    let is_cut = |distance: f32| {
+        let clip_from_world = seen_at(distance).clip_from_world(aspect);
+        corners.iter().any(|corner| {
+            let p = clip_from_world * corner.extend(1.0);
+            p.w <= 0.0 || p.x.abs().max(p.y.abs()) > 0.94 * p.w
+        })
+    };
+    let farthest = 20.0 * (high - low).length().max(1.0);
+    seen_at(last_where((1.0, farthest), is_cut) * 1.001)
+}
+
 /// The nearest camera that has everyone in the picture from head to foot, as high as leaves half as much room below
 /// the crowd as above it. Of more than [`SHOWN_WHOLE`] some stand beside the picture.
 fn frame_whole(place: &Place, instances: &[Instance], aspect: f32) -> Camera {
@@ -223,6 +246,19 @@ mod tests {
     /// Normalised device coordinates and depth of a point.
     fn seen(camera: &Camera, aspect: f32, p: Vec3) -> Vec3 {
         camera.clip_from_world(aspect).project_point3(p)
+    }
+
+    #[test]
+    fn an_overlook_holds_the_whole_box() {
+        for (low, high) in [([-15.0, 0.0, -15.0], [15.0, 2.0, 15.0]), ([0.0, 0.0, 0.0], [200.0, 2.0, 3.0])] {
+            let (low, high) = (Vec3::from(low), Vec3::from(high));
+            for aspect in [0.6, 1.78] {
+                let camera = overlook(low, high, aspect);
+                let corners = [low, high, Vec3::new(low.x, 0.0, high.z), Vec3::new(high.x, 2.0, low.z)];
+                let widest = corners.map(|corner| seen(&camera, aspect, corner)).map(|p| p.x.abs().max(p.y.abs()));
+                assert!(widest.iter().all(|&w| w < 0.95) && widest.iter().any(|&w| w > 0.6), "{widest:?}");
+            }
+        }
     }
 
     #[test]

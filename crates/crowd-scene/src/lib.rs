@@ -1,20 +1,28 @@
-//! Where the people stand and who looks at them: layouts, cameras, and the text files of both.
+//! Where the people stand, how they walk, and who looks at them: layouts, trajectories, cameras, and the files of all.
 //!
 //! Knows nothing of meshes or of the GPU: a character is an index, a footprint and the durations of its clips. Everything
 //! is deterministic (integer hashes, `libm`): the same arguments place the same crowd on every machine.
 
+mod area;
 mod camera;
 mod camera_path;
+mod dice;
 mod error;
 mod layout_file;
 mod place;
+mod sqlite;
 mod text;
+mod trajectory;
+mod walker;
 
-pub use camera::{frame_crowd, framing_crowd};
+pub use area::{Surface, WalkableArea};
+pub use camera::{frame_crowd, framing_crowd, overlook};
 pub use camera_path::{CameraKey, CameraPath};
 pub use error::{Error, Result};
 pub use layout_file::{parse_layout, write_layout};
 pub use place::place;
+pub use trajectory::Trajectories;
+pub use walker::{Cast, Gait, GaitClip, Mover, Walker};
 
 use glam::Vec3;
 

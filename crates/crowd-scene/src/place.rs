@@ -4,6 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use crate::dice::{Dice, Purpose};
 use crate::{Instance, Kind, Layout};
 
 /// Share of the spacing by which [`Layout::Grid`] moves a person from the exact spot, each axis, each way.
@@ -12,18 +13,6 @@ const GRID_SHUFFLE: f32 = 0.16;
 const SUNFLOWER: f32 = 0.62;
 /// 2 pi (2 - golden ratio): the angle between one seed of a sunflower and the next.
 const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
-
-/// What a hash is for, so that one person's numbers do not depend on each other.
-#[derive(Clone, Copy)]
-enum Purpose {
-    Character = 1,
-    Clip,
-    Phase,
-    Yaw,
-    Scale,
-    X,
-    Z,
-}
 
 /// Places `count` instances around the origin. `clips[k]`: which clips of kind `k` may play (names resolved by the caller;
 /// indices out of range are passed over); a missing or empty list means all.
@@ -150,41 +139,6 @@ fn ceil_sqrt(count: u32) -> u32 {
         side += 1;
     }
     (side as u32).max(1)
-}
-
-/// The random numbers of one person.
-struct Dice {
-    seed: u32,
-    index: u32,
-}
-
-impl Dice {
-    /// 32 random bits: two rounds of the PCG output permutation (O'Neill 2014), as shaders use it.
-    fn bits(&self, purpose: Purpose) -> u32 {
-        let seeded = permute(self.seed.wrapping_mul(0x9E37_79B9) ^ purpose as u32);
-        permute(permute(self.index ^ seeded).wrapping_add(seeded))
-    }
-
-    /// 0 to below 1.
-    fn unit(&self, purpose: Purpose) -> f32 {
-        (self.bits(purpose) >> 8) as f32 / (1 << 24) as f32
-    }
-
-    /// -1 to below 1.
-    fn around_zero(&self, purpose: Purpose) -> f32 {
-        self.unit(purpose) * 2.0 - 1.0
-    }
-
-    /// 0 to below `end`, which is not 0.
-    fn below(&self, purpose: Purpose, end: u32) -> u32 {
-        ((u64::from(self.bits(purpose)) * u64::from(end)) >> 32) as u32
-    }
-}
-
-fn permute(value: u32) -> u32 {
-    let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
-    (word >> 22) ^ word
 }
 
 #[cfg(test)]
