@@ -3,6 +3,7 @@
 mod baked;
 mod compare;
 mod figures;
+mod moving;
 mod outputs;
 mod pictures;
 mod words;

@@ -9,7 +9,7 @@ use crate::picture::Picture;
 use crate::plan::{GPU_BUDGET, LARGEST_USUAL_BUDGET, MachinePlan, SOFTWARE_BUDGET};
 use crate::stats::Adapter;
 use crate::{Result, Talk};
-use crowd_stages::{FrameConfig, FrameTotals, Technique};
+use crowd_stages::{FrameConfig, FrameTotals, InstanceRecord, Technique};
 
 /// What draws the frames of a headless run.
 pub enum Backend {
@@ -57,6 +57,14 @@ impl Backend {
             Some(gpu) => Self::Gpu(Box::new(GpuBackend::new(gpu, crowd, size, samples, budget)?)),
             None => Self::Cpu(Box::new(CpuBackend::new(crowd, size, samples)?)),
         })
+    }
+
+    /// Other instances than before, at most as many as there were first. The CPU takes them from the crowd.
+    pub fn set_instances(&mut self, instances: &[InstanceRecord]) -> Result<()> {
+        match self {
+            Self::Gpu(gpu) => gpu.set_instances(instances),
+            Self::Cpu(_) => Ok(()),
+        }
     }
 
     /// Draws a frame and waits for it.

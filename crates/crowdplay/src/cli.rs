@@ -23,6 +23,9 @@ Examples:
   Only two characters, walking, in a street, with half the vertices:
     crowdplay cast.crowdpack --characters mara,oskar --clips walk --layout street --budget 500000
 
+  What JuPedSim simulated, 12 seconds after its start:
+    crowdplay cast.crowdpack --trajectories crossing.sqlite --headless --time 12 --out crossing.png
+
   The numbers alone, to another program:
     crowdplay cast.crowdpack --headless --frames 100 --report - | jq .timings.frame_ms.median
 
@@ -39,7 +42,7 @@ Files, one entry a line, # begins a comment:
                  (no commas)
 
 Exit codes:
-  0 done   1 pack, layout or camera path refused   2 usage   3 output not written
+  0 done   1 pack, layout, trajectories or camera path refused   2 usage   3 output not written
   5 this machine lacks what was asked for: a GPU (--backend gpu, --adapter), a display (without --headless)
 
 Data goes to standard output (--report -, --out -, --list-adapters), everything else to standard error.";
@@ -60,6 +63,16 @@ pub struct Args {
     /// Where they stand: grid, disc, ranks, street, or a layout file (its people are all the crowd)
     #[arg(long, default_value = "grid", value_name = "NAME|FILE", help_heading = "Crowd")]
     pub layout: String,
+
+    /// A crowd simulator's trajectories instead of a layout: JuPedSim's database, the Juelich archive's text, Vadere's
+    /// text, or comma-separated values; people come and leave, and it begins anew after its end
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["count", "layout", "spacing"],
+          help_heading = "Crowd")]
+    pub trajectories: Option<PathBuf>,
+
+    /// Frames a second of trajectories that do not say theirs
+    #[arg(long, value_name = "HZ", value_parser = rate, requires = "trajectories", help_heading = "Crowd")]
+    pub trajectory_rate: Option<f32>,
 
     /// Metres between neighbours [default: from the characters' size]
     #[arg(long, value_name = "M", value_parser = positive, help_heading = "Crowd")]
@@ -136,7 +149,8 @@ pub struct Args {
     pub dt: Option<f32>,
 
     /// Time of the first frame in seconds
-    #[arg(long, default_value_t = 0.0, value_name = "S", value_parser = not_negative, help_heading = "Output")]
+    #[arg(long, visible_alias = "time", default_value_t = 0.0, value_name = "S", value_parser = not_negative,
+          help_heading = "Output")]
     pub start: f32,
 
     /// Picture or window size in pixels
@@ -230,6 +244,10 @@ fn positive(text: &str) -> Result<f32, String> {
 
 fn not_negative(text: &str) -> Result<f32, String> {
     within(text, 0.0, 86_400.0)
+}
+
+fn rate(text: &str) -> Result<f32, String> {
+    within(text, 0.001, 10_000.0)
 }
 
 fn alpha(text: &str) -> Result<f32, String> {

@@ -1,5 +1,6 @@
 //! From a pack to the instances of a crowd: who, where, with which clip.
 
+use crate::moving::{Feed, Moving, mover};
 use crate::plan::{ClipPlan, CrowdPlan, HeightPlan, LayoutPlan};
 use crate::view::read_text;
 use crate::{Error, Result, stats};
@@ -24,6 +25,33 @@ pub struct Crowd {
     pub framed: Camera,
     /// Choices made for the user, as sentences.
     pub remarks: Vec<String>,
+    /// A crowd that moves: `instances` are everyone it ever has until [`Crowd::advance`] says who is there.
+    pub moving: Option<Moving>,
+    /// By the moving crowd's characters: the pack's character and the factor it is shown with.
+    shown: Vec<(u32, f32)>,
+}
+
+impl Crowd {
+    /// Sets `instances` to those present at a time; false for a crowd that stays where it is.
+    pub fn advance(&mut self, time_s: f32) -> bool {
+        let Some(moving) = &mut self.moving else { return false };
+        self.instances.clear();
+        self.instances.extend(moving.people_at(time_s).map(|one| record(&self.data, &self.shown, &one)));
+        true
+    }
+}
+
+/// An instance of the scene as the stages have it.
+fn record(data: &CrowdData, shown: &[(u32, f32)], one: &Instance) -> InstanceRecord {
+    let (character, factor) = shown[one.character as usize];
+    InstanceRecord {
+        position: one.position.to_array(),
+        yaw_rad: one.yaw_rad,
+        scale: one.scale * factor,
+        character,
+        clip: data.characters[character as usize].clip_offset + one.clip,
+        phase_s: one.phase_s,
+    }
 }
 
 /// Box around all instances, metres.
@@ -66,31 +94,37 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
     let factors = choose_factors(&data, manifest, &characters, &plan.height, &mut remarks)?;
     let kinds: Vec<Kind> = (0..characters.len()).map(|k| kind(&data, characters[k], &clips[k], factors[k])).collect();
 
+    let mut moving = None;
     let (placed, spacing_m) = match &plan.layout {
         LayoutPlan::Named(layout) => {
             let spacing_m = plan.spacing_m.unwrap_or_else(|| usual_spacing(&kinds));
             (crowd_scene::place(*layout, plan.count, spacing_m, &kinds, &clips, plan.seed), spacing_m)
         }
         LayoutPlan::File(path) => (read_layout(path, &kinds)?, 0.0),
+        LayoutPlan::Feed(feed) => {
+            let feed = Feed::open(feed, &mut remarks)?;
+            let movers = (0..characters.len()).map(|k| {
+                let names: Vec<&str> =
+                    manifest[characters[k] as usize].clips.iter().map(|clip| clip.name.as_str()).collect();
+                mover(&data, characters[k], &names, &clips[k], factors[k])
+            });
+            let feed = Moving::new(feed, movers.collect(), plan.seed);
+            (moving.insert(feed).everyone(), 0.0)
+        }
     };
-    let instances: Vec<InstanceRecord> = placed
-        .iter()
-        .map(|one| {
-            let character = characters[one.character as usize];
-            InstanceRecord {
-                position: one.position.to_array(),
-                yaw_rad: one.yaw_rad,
-                scale: one.scale * factors[one.character as usize],
-                character,
-                clip: data.characters[character as usize].clip_offset + one.clip,
-                phase_s: one.phase_s,
-            }
-        })
-        .collect();
-    let bounds = bounds(&data, &instances);
-    let framed = crowd_scene::frame_crowd(&placed, bounds.height_m, aspect);
+    let shown: Vec<(u32, f32)> = characters.iter().copied().zip(factors).collect();
+    let instances: Vec<InstanceRecord> = placed.iter().map(|one| record(&data, &shown, one)).collect();
+    let mut bounds = bounds(&data, &instances);
+    let framed = match &moving {
+        Some(moving) => {
+            let (low, high) = moving.extent();
+            (bounds.min, bounds.max) = (bounds.min.min(low), bounds.max.max(high));
+            crowd_scene::overlook(bounds.min, bounds.max, aspect)
+        }
+        None => crowd_scene::frame_crowd(&placed, bounds.height_m, aspect),
+    };
     let summary = summary(&data, manifest, &characters, &clips, &instances, spacing_m, plan.seed);
-    Ok(Crowd { data, instances, summary, bounds, framed, remarks })
+    Ok(Crowd { data, instances, summary, bounds, framed, remarks, moving, shown })
 }
 
 fn read_layout(path: &Path, kinds: &[Kind]) -> Result<Vec<Instance>> {
@@ -186,14 +220,16 @@ fn named(names: &[&str], word: &str) -> Vec<u32> {
     if exact.is_empty() { pick(&|name| name.to_lowercase().contains(&word)) } else { exact }
 }
 
+/// Words in the names of clips that nobody in a crowd plays unasked.
+pub(crate) const UNUSUAL_CLIPS: [&str; 22] = [
+    "melee", "aim", "shoot", "block", "gun", "jump", "lie", "lying", "sit", "fall", "death", "dead", "swim", "climb",
+    "crawl", "back", "strafe", "left", "right", "fly", "attack", "hold",
+];
+
 /// What a crowd does when nobody says what it shall do: of many clips those called idle, walk or run, standing on the
 /// ground and going forward; never a T-pose if there is anything else.
 fn usual_clips(names: &[&str]) -> Vec<u32> {
     const USUAL: [&str; 3] = ["idle", "walk", "run"];
-    const UNUSUAL: [&str; 22] = [
-        "melee", "aim", "shoot", "block", "gun", "jump", "lie", "lying", "sit", "fall", "death", "dead", "swim",
-        "climb", "crawl", "back", "strafe", "left", "right", "fly", "attack", "hold",
-    ];
     let lower: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
     let pick = |rule: &dyn Fn(&str) -> bool| -> Vec<u32> {
         (0..lower.len() as u32).filter(|&i| rule(&lower[i as usize])).collect()
@@ -204,7 +240,7 @@ fn usual_clips(names: &[&str]) -> Vec<u32> {
         letters.contains(&plain) || letters.contains("apose") || letters.contains("bindpose")
     };
     let usual = |name: &str| USUAL.iter().any(|word| name.contains(word)) && !pose(name);
-    let calm = |name: &str| usual(name) && !UNUSUAL.iter().any(|word| name.contains(word));
+    let calm = |name: &str| usual(name) && !UNUSUAL_CLIPS.iter().any(|word| name.contains(word));
     let choices = if names.len() > 3 { [pick(&calm), pick(&usual)] } else { [Vec::new(), Vec::new()] };
     let moving = pick(&|name| !pose(name));
     let all: Vec<u32> = (0..names.len().max(1) as u32).collect();

@@ -26,6 +26,11 @@ impl GpuBackend {
         Ok(Self { gpu, renderer, canvas })
     }
 
+    /// Other instances than before, at most as many as the crowd had first.
+    pub fn set_instances(&mut self, instances: &[InstanceRecord]) -> Result<()> {
+        Ok(self.renderer.set_instances(&self.gpu.queue, instances)?)
+    }
+
     /// Draws a frame and waits until it is done.
     pub fn draw(&mut self, config: &FrameConfig, technique: Technique) -> Result<FrameTotals> {
         let Self { gpu, renderer, canvas } = self;

@@ -16,7 +16,7 @@ use std::time::Instant;
 pub fn render(
     plan: &Plan,
     headless: &HeadlessPlan,
-    crowd: &Crowd,
+    crowd: &mut Crowd,
     stdout: &mut dyn Write,
     talk: &mut Talk<'_>,
 ) -> Result<Report> {
@@ -31,6 +31,9 @@ pub fn render(
     for number in 0..headless.frames {
         let time_s = headless.start_s + number as f32 * headless.dt_s;
         let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
+        if crowd.advance(time_s) {
+            backend.set_instances(&crowd.instances)?;
+        }
         let start = Instant::now();
         let totals = backend.draw(crowd, &config, plan.detail.technique)?;
         let frame_ms = start.elapsed().as_secs_f32() * 1e3;

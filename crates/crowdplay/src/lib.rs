@@ -12,6 +12,7 @@ pub mod error;
 pub mod gpu_backend;
 pub mod gpu_device;
 pub mod headless;
+pub mod moving;
 pub mod output_paths;
 pub mod overlay;
 pub mod picture;
@@ -88,12 +89,12 @@ fn follow(args: &cli::Args, stdout: &mut dyn Write, stderr: &mut dyn Write) -> R
         window::expect_display()?;
     }
     let aspect = plan.size[0] as f32 / plan.size[1] as f32;
-    let crowd = crowd::gather(&crowd::open_pack(&plan.pack)?, &plan.crowd, aspect)?;
+    let mut crowd = crowd::gather(&crowd::open_pack(&plan.pack)?, &plan.crowd, aspect)?;
     for remark in &crowd.remarks {
         talk.say(remark);
     }
     let report = match &plan.show {
-        plan::Show::Headless(headless) => headless::render(&plan, headless, &crowd, stdout, &mut talk)?,
+        plan::Show::Headless(headless) => headless::render(&plan, headless, &mut crowd, stdout, &mut talk)?,
         plan::Show::Window { frames } => window::show(&plan, *frames, crowd, &mut talk)?,
     };
     plan.report.as_deref().map_or(Ok(()), |path| headless::write_report(&report, path, stdout))

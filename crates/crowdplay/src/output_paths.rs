@@ -1,7 +1,7 @@
 //! No output may fall on an input or on another output, however the two are spelled.
 
 use crate::picture::is_device;
-use crate::plan::{CameraPlan, HeadlessPlan, LayoutPlan, Plan, Show};
+use crate::plan::{CameraPlan, FeedPlan, HeadlessPlan, LayoutPlan, Plan, Show};
 use crate::{Error, Result};
 use std::path::{Component, Path, PathBuf};
 
@@ -12,8 +12,10 @@ use std::path::{Component, Path, PathBuf};
 /// [`Error::Parameter`] naming both.
 pub fn refuse_shared(plan: &Plan) -> Result<()> {
     let mut taken = vec![("the pack", plan.pack.as_path())];
-    if let LayoutPlan::File(path) = &plan.crowd.layout {
-        taken.push(("--layout", path));
+    match &plan.crowd.layout {
+        LayoutPlan::Named(_) => {}
+        LayoutPlan::File(path) => taken.push(("--layout", path)),
+        LayoutPlan::Feed(FeedPlan::Trajectories { path, .. }) => taken.push(("--trajectories", path)),
     }
     if let CameraPlan::Path { path } = &plan.camera {
         taken.push(("--camera-path", path));

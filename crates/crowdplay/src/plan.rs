@@ -62,6 +62,20 @@ pub enum LayoutPlan {
     Named(Layout),
     /// A layout file.
     File(PathBuf),
+    /// Not places but ways.
+    Feed(FeedPlan),
+}
+
+/// People who move.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FeedPlan {
+    /// A simulator's file.
+    Trajectories {
+        /// The file.
+        path: PathBuf,
+        /// Frames a second, for a file that does not say.
+        rate_hz: Option<f64>,
+    },
 }
 
 /// Which clips play.
@@ -270,7 +284,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
         pack: args.pack.clone().unwrap_or_default(),
         crowd: CrowdPlan {
             count: args.count,
-            layout: layout(&args.layout)?,
+            layout: layout(args)?,
             spacing_m: args.spacing,
             characters: args.characters.clone(),
             clips: clips(&args.clips),
@@ -298,8 +312,12 @@ pub fn plan(args: &Args) -> Result<Plan> {
     })
 }
 
-fn layout(word: &str) -> Result<LayoutPlan> {
-    Ok(match word {
+fn layout(args: &Args) -> Result<LayoutPlan> {
+    if let Some(path) = &args.trajectories {
+        let rate_hz = args.trajectory_rate.map(f64::from);
+        return Ok(LayoutPlan::Feed(FeedPlan::Trajectories { path: path.clone(), rate_hz }));
+    }
+    Ok(match args.layout.as_str() {
         "grid" => LayoutPlan::Named(Layout::Grid),
         "disc" => LayoutPlan::Named(Layout::Disc),
         "ranks" => LayoutPlan::Named(Layout::Ranks),

@@ -58,6 +58,12 @@ impl Viewer {
 
 /// A text file of at most `most_bytes`.
 pub fn read_text(path: &Path, most_bytes: u64) -> Result<String> {
+    let refused = |problem: String| Error::Scene { path: path.to_owned(), problem };
+    String::from_utf8(read_bytes(path, most_bytes)?).map_err(|_| refused("is not UTF-8 text".to_owned()))
+}
+
+/// A file of at most `most_bytes`.
+pub fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
     use std::io::Read;
     let refused = |problem: String| Error::Scene { path: path.to_owned(), problem };
     let file = std::fs::File::open(path).map_err(|e| refused(e.to_string()))?;
@@ -66,7 +72,7 @@ pub fn read_text(path: &Path, most_bytes: u64) -> Result<String> {
     if read as u64 > most_bytes {
         return Err(refused(format!("found more than {most_bytes} bytes, allowed {most_bytes}")));
     }
-    String::from_utf8(bytes).map_err(|_| refused("is not UTF-8 text".to_owned()))
+    Ok(bytes)
 }
 
 /// The uniform of a frame.

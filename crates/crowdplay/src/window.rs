@@ -108,7 +108,7 @@ impl ApplicationHandler for App<'_, '_> {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let Some(running) = &mut self.running else { return };
         if event == WindowEvent::RedrawRequested {
-            if let Err(error) = running.redraw(&self.crowd, &self.viewer, self.talk) {
+            if let Err(error) = running.redraw(&mut self.crowd, &self.viewer, self.talk) {
                 self.failure = Some(error);
                 event_loop.exit();
             }
@@ -307,7 +307,7 @@ impl Running {
         }
     }
 
-    fn redraw(&mut self, crowd: &Crowd, viewer: &Viewer, talk: &mut Talk<'_>) -> Result<()> {
+    fn redraw(&mut self, crowd: &mut Crowd, viewer: &Viewer, talk: &mut Talk<'_>) -> Result<()> {
         let now = Instant::now();
         let dt_s = (now - self.last_frame).as_secs_f32();
         self.last_frame = now;
@@ -321,6 +321,11 @@ impl Running {
         self.control.advance(held, dt_s.min(0.25));
         if self.on_path {
             self.control.stand_at(viewer.at(self.readings.time_s));
+        }
+        if crowd.advance(self.readings.time_s)
+            && let Painter::Gpu(renderer) = &mut self.painter
+        {
+            renderer.set_instances(&self.gpu.queue, &crowd.instances)?;
         }
         let detail = self.detail();
         let camera = self.control.camera();

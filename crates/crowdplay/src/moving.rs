@@ -1,0 +1,206 @@
+//! Crowds that move: a feed says who is where at a time, and each of them becomes an instance with a clip.
+
+use crate::crowd::UNUSUAL_CLIPS;
+use crate::plan::FeedPlan;
+use crate::{Error, Result};
+use crowd_scene::{Cast, GaitClip, Instance, Mover, Trajectories, Walker};
+use crowd_stages::{CrowdData, InstanceRecord, LodChoice, cpu};
+use glam::Vec3;
+use std::path::Path;
+
+/// Bytes of a file of trajectories.
+const TRAJECTORY_BYTES: u64 = 1 << 30;
+/// Vertices by which a clip's ground speed is measured.
+const MEASURED_VERTICES: u32 = 2_000;
+/// Times at which it is.
+const MEASURED_TIMES: u32 = 24;
+
+/// Who is where at a time.
+#[derive(Debug, Clone)]
+pub enum Feed {
+    /// From a simulator's file; begins anew after its end.
+    Trajectories(Box<Trajectories>),
+}
+
+impl Feed {
+    /// Opens what the plan asks for. Also what the reader has to say.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a file that was refused.
+    pub fn open(plan: &FeedPlan, remarks: &mut Vec<String>) -> Result<Self> {
+        match plan {
+            FeedPlan::Trajectories { path, rate_hz } => {
+                refuse_unwritten(path)?;
+                let refused = |problem: String| Error::Scene { path: path.clone(), problem };
+                let bytes = crate::view::read_bytes(path, TRAJECTORY_BYTES)?;
+                let ways = Trajectories::read(&bytes, *rate_hz).map_err(|e| refused(words(&e)))?;
+                remarks.push(format!("{}: {} people, {:.1} s", path.display(), ways.person_count(), ways.end_s()));
+                remarks.extend(ways.remarks().iter().map(|remark| format!("{}: {remark}", path.display())));
+                Ok(Self::Trajectories(Box::new(ways)))
+            }
+        }
+    }
+
+    /// Everyone there ever is, at least once each.
+    pub fn everyone(&self) -> Vec<Walker> {
+        match self {
+            Self::Trajectories(ways) => ways.everyone(),
+        }
+    }
+
+    /// Corners of the ground that people ever stand on.
+    pub fn extent(&self) -> (Vec3, Vec3) {
+        match self {
+            Self::Trajectories(ways) => ways.extent(),
+        }
+    }
+
+    fn people_at(&mut self, time_s: f32, walkers: &mut Vec<Walker>) {
+        match self {
+            Self::Trajectories(ways) => {
+                let end_s = ways.end_s();
+                ways.people_at(if end_s > 0.0 { time_s.rem_euclid(end_s) } else { 0.0 }, walkers);
+            }
+        }
+    }
+}
+
+/// A refusal with the option that helps, where there is one.
+fn words(error: &crowd_scene::Error) -> String {
+    error.to_string().replace("or name the rate", "or name the rate with --trajectory-rate")
+}
+
+/// A database whose newest rows lie in a journal beside it would be shown in part.
+fn refuse_unwritten(path: &Path) -> Result<()> {
+    let mut journal = path.as_os_str().to_owned();
+    journal.push("-wal");
+    let journal = Path::new(&journal);
+    if std::fs::metadata(journal).is_ok_and(|file| file.len() > 0) {
+        let problem = format!(
+            "found rows not yet in the database, in {}; let the simulator close it, or run `sqlite3 FILE 'PRAGMA wal_checkpoint(TRUNCATE)'`",
+            journal.display()
+        );
+        return Err(Error::Scene { path: path.to_owned(), problem });
+    }
+    Ok(())
+}
+
+/// A feed and its cast.
+#[derive(Debug, Clone)]
+pub struct Moving {
+    feed: Feed,
+    cast: Cast,
+    walkers: Vec<Walker>,
+}
+
+impl Moving {
+    /// `movers`: one for each character that the scene uses.
+    pub fn new(feed: Feed, movers: Vec<Mover>, seed: u32) -> Self {
+        Self { feed, cast: Cast { movers, seed }, walkers: Vec::new() }
+    }
+
+    /// Everyone there ever is, at least once each; characters as indices of movers.
+    pub fn everyone(&self) -> Vec<Instance> {
+        self.feed.everyone().iter().map(|walker| self.cast.instance(walker, 0.0)).collect()
+    }
+
+    /// Corners of the ground that people ever stand on.
+    pub fn extent(&self) -> (Vec3, Vec3) {
+        self.feed.extent()
+    }
+
+    /// Those present at a time.
+    pub fn people_at(&mut self, time_s: f32) -> impl Iterator<Item = Instance> + '_ {
+        let Self { feed, cast, walkers } = self;
+        feed.people_at(time_s, walkers);
+        walkers.iter().map(move |walker| cast.instance(walker, time_s))
+    }
+}
+
+/// The clips of a character for standing, walking and running. `names`: of all its clips, in their order; `allowed`: those
+/// that may play; `factor`: the size the character is shown at.
+pub fn mover(data: &CrowdData, character: u32, names: &[&str], allowed: &[u32], factor: f32) -> Mover {
+    let clips = gait_clips(names, allowed).map(|clip| gait_clip(data, character, clip));
+    Mover { clips, scale: factor }
+}
+
+/// Of the clips allowed those for standing, walking, running; where one is missing, the nearest other.
+fn gait_clips(names: &[&str], allowed: &[u32]) -> [u32; 3] {
+    const IDLE: &[&str] = &["idle", "stand", "breath", "survey", "wait", "graze", "look"];
+    const WALK: &[&str] = &["walk"];
+    const RUN: &[&str] = &["run", "jog", "sprint", "gallop", "trot"];
+    let lower = |clip: u32| names.get(clip as usize).map(|name| name.to_lowercase()).unwrap_or_default();
+    let pick = |words: &[&str]| {
+        let said = |clip: u32| words.iter().position(|word| lower(clip).contains(word));
+        // The first word, then nothing unusual, then the plainest name.
+        let rank = |clip: u32| {
+            let name = lower(clip);
+            (said(clip), UNUSUAL_CLIPS.iter().any(|word| name.contains(word)), name.len(), clip)
+        };
+        allowed.iter().copied().filter(|&clip| said(clip).is_some()).min_by_key(|&clip| rank(clip))
+    };
+    let (idle, walk, run) = (pick(IDLE), pick(WALK), pick(RUN));
+    let any = allowed.first().copied().unwrap_or(0);
+    [idle.or(walk).or(run), walk.or(run).or(idle), run.or(walk).or(idle)].map(|clip| clip.unwrap_or(any))
+}
+
+fn gait_clip(data: &CrowdData, character: u32, clip: u32) -> GaitClip {
+    let record = &data.characters[character as usize];
+    let clip = clip.min(record.clip_count.max(1) - 1);
+    let stored = &data.clips[(record.clip_offset + clip) as usize];
+    let [x, _, z] = stored.root_displacement_m;
+    let moved = Vec3::new(x, 0.0, z);
+    // A root that ends where it began only sways.
+    let leaves = moved.length() > 0.05 * record.height_m && stored.duration_s > 0.0;
+    GaitClip {
+        clip,
+        duration_s: stored.duration_s,
+        ground_speed_m_s: if leaves { moved.length() / stored.duration_s } else { ground_speed(data, character, clip) },
+        displacement_m: if leaves { moved } else { Vec3::ZERO },
+    }
+}
+
+/// Metres a second at which the feet of a clip that stays in place stand still on the ground: the median speed, backwards,
+/// of whatever is within 3 % of the height above the lowest point of the clip. 0 where that is no walk.
+fn ground_speed(data: &CrowdData, character: u32, clip: u32) -> f32 {
+    let record = &data.characters[character as usize];
+    let stored = &data.clips[(record.clip_offset + clip) as usize];
+    if stored.duration_s <= 0.0 || stored.frame_count < 3 {
+        return 0.0;
+    }
+    let level = data.lods[(record.lod_offset + record.vertex_count.min(MEASURED_VERTICES)) as usize];
+    let choice = LodChoice { vertex_count: level.vertex_count, triangle_count: level.triangle_count };
+    let instance = InstanceRecord { scale: 1.0, character, clip: record.clip_offset + clip, ..Default::default() };
+    let step_s = stored.duration_s / MEASURED_TIMES as f32;
+    // Within one interval of frames, so that the speed is that of the feet and not of the blend.
+    let dt_s = 0.25 * stored.duration_s / (stored.frame_count - 1) as f32;
+    let pose = |time_s: f32| cpu::pose_instance(data, &instance, choice, time_s).positions;
+    let pairs: Vec<_> = (0..MEASURED_TIMES).map(|i| i as f32 * step_s).map(|t| (pose(t), pose(t + dt_s))).collect();
+    let lowest = pairs.iter().flat_map(|(a, _)| a).map(|p| p[1]).fold(f32::INFINITY, f32::min);
+    let planted = lowest + 0.03 * record.height_m;
+    let mut speeds: Vec<f32> = pairs
+        .iter()
+        .flat_map(|(a, b)| a.iter().zip(b))
+        .filter(|(p, q)| p[1] <= planted && q[1] <= planted)
+        .map(|(p, q)| (p[2] - q[2]) / dt_s)
+        .collect();
+    speeds.sort_by(f32::total_cmp);
+    let speed = speeds.get(speeds.len() / 2).copied().unwrap_or(0.0);
+    if speed > 0.1 * record.height_m { speed } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaits_are_found_by_name_the_plainest_first() {
+        let names = ["Attack", "Idle_Sword", "Idle", "Run_Back", "Walk_Formal", "Walk", "Running"];
+        let all: Vec<u32> = (0..names.len() as u32).collect();
+        assert_eq!(gait_clips(&names, &all), [2, 5, 6]);
+        assert_eq!(gait_clips(&names, &[0, 1]), [1, 1, 1], "what is missing is replaced");
+        assert_eq!(gait_clips(&["walk", "run", "graze"], &[0, 1, 2]), [2, 0, 1]);
+        assert_eq!(gait_clips(&["a", "b"], &[1]), [1, 1, 1]);
+        assert_eq!(gait_clips(&[], &[0]), [0, 0, 0]);
+    }
+}

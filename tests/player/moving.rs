@@ -1,0 +1,140 @@
+//! People who move: trajectories shown over time, in every format, refused by name.
+
+use crate::{Scene, crowdplay};
+use crowd_tests::folders::fixtures;
+use std::path::Path;
+
+const SMALL: [&str; 6] = ["--size", "96x54", "--backend", "cpu", "--msaa", "1"];
+
+fn fixture(name: &str) -> String {
+    fixtures().join("scenes").join(name).to_str().expect("plain names").to_owned()
+}
+
+/// Visible instances frame by frame.
+fn visible(report: &serde_json::Value) -> Vec<u64> {
+    let frames = report["frames"].as_array().expect("frames");
+    frames.iter().map(|frame| frame["visible"].as_u64().expect("a count")).collect()
+}
+
+#[test]
+fn every_format_shows_the_same_people() {
+    let scene = Scene::new();
+    for (name, stays) in
+        [("crossing.sqlite", 13), ("crossing_juelich.txt", 13), ("crossing.csv", 13), ("crossing_vadere.traj", 12)]
+    {
+        let file = fixture(name);
+        let words = [&["--trajectories", &file, "--frames", "3", "--dt", "3"][..], &SMALL].concat();
+        let report = scene.report(&words);
+        assert_eq!(report["crowd"]["instances"], stays, "{name}");
+        let visible = visible(&report);
+        assert_eq!(visible[0], 1, "{name}");
+        assert!(visible[1] >= 6 && visible[2] >= 8, "{name}: {visible:?}");
+    }
+}
+
+#[test]
+fn a_moment_looks_the_same_however_it_was_reached() {
+    let scene = Scene::new();
+    let file = fixture("crossing.sqlite");
+    let at_once = scene.picture(&[&["--trajectories", &file, "--time", "6"][..], &SMALL[..4]].concat());
+    let later = scene
+        .picture(&[&["--trajectories", &file, "--time", "2", "--frames", "3", "--dt", "2"][..], &SMALL[..4]].concat());
+    assert!(at_once == later);
+    let other = scene.picture(&[&["--trajectories", &file, "--time", "7"][..], &SMALL[..4]].concat());
+    assert!(at_once != other);
+}
+
+#[test]
+fn the_scene_begins_anew_and_may_be_empty() {
+    let scene = Scene::new();
+    let file = scene.path("gap.csv");
+    std::fs::write(&file, "id,time,x,y\n1,0,0,0\n1,1,1,0\n2,9,0,0\n2,10,1,0\n").expect("our folder");
+    let words = ["--trajectories", &file, "--frames", "4", "--dt", "5", "--time", "0.5"];
+    assert_eq!(visible(&scene.report(&[&words[..], &SMALL].concat())), [1, 0, 1, 0]);
+}
+
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1")]
+#[test]
+fn the_gpu_follows_who_comes_and_who_leaves() {
+    let scene = Scene::new();
+    let file = scene.path("gap.csv");
+    std::fs::write(&file, "id,time,x,y\n1,0,0,0\n1,1,1,0\n2,9,0,0\n2,10,1,0\n3,9,2,0\n3,10,2,0\n").expect("our folder");
+    let words = ["--trajectories", &file, "--frames", "3", "--dt", "4.5", "--time", "0.5", "--size", "64x36"];
+    assert_eq!(visible(&scene.report(&[&words[..], &["--backend", "gpu"]].concat())), [1, 0, 2]);
+    let baseline = [&words[..], &["--backend", "gpu", "--technique", "pseudo-instancing"]].concat();
+    assert_eq!(visible(&scene.report(&baseline)), [1, 0, 2]);
+}
+
+#[test]
+fn refusals_name_the_file_the_line_and_the_way_out() {
+    let scene = Scene::new();
+    for (text, words) in [
+        ("id,time,x,y\n1,0,0,NaN\n", &["people.txt", "line 2", "`NaN`", "finite"][..]),
+        ("id,time,x,y\n", &["found nobody", "at least one row"]),
+        ("", &["heading"]),
+        ("id,frame,x,y\n1,0,0,0\n", &["no frame rate", "--trajectory-rate"]),
+    ] {
+        let file = scene.path("people.txt");
+        std::fs::write(&file, text).expect("our folder");
+        let ran = crowdplay(&[&[&scene.pack(), "--headless", "--trajectories", &file][..], &SMALL].concat());
+        assert_eq!(ran.code, 1, "{}", ran.stderr);
+        assert!(words.iter().all(|word| ran.stderr.contains(word)), "{words:?}: {}", ran.stderr);
+    }
+    let ran = crowdplay(&[&scene.pack(), "--headless", "--trajectories", "x.csv", "--count", "3"]);
+    assert_eq!(ran.code, 2, "a file's people are all the crowd: {}", ran.stderr);
+    let out = scene.path("people.txt");
+    let ran = crowdplay(&[&[&scene.pack(), "--headless", "--trajectories", &out, "--out", &out][..], &SMALL].concat());
+    assert_eq!(ran.code, 2, "{}", ran.stderr);
+}
+
+#[test]
+fn a_database_with_a_journal_beside_it_is_refused() {
+    let scene = Scene::new();
+    std::fs::copy(fixture("crossing.sqlite"), scene.file("a.sqlite")).expect("our folder");
+    std::fs::write(scene.file("a.sqlite-wal"), "rows").expect("our folder");
+    let ran =
+        crowdplay(&[&[&scene.pack(), "--headless", "--trajectories", &scene.path("a.sqlite")][..], &SMALL].concat());
+    assert_eq!(ran.code, 1);
+    assert!(ran.stderr.contains("a.sqlite-wal") && ran.stderr.contains("wal_checkpoint"), "{}", ran.stderr);
+}
+
+fn sample(name: &str) -> Vec<u8> {
+    let path = crowd_tests::folders::assets().join("trajectories").join(name);
+    std::fs::read(Path::new(&path)).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+#[cfg_attr(not(crowd_assets), ignore = "needs ../shared/assets or CROWD_ASSETS")]
+#[test]
+fn what_jupedsim_wrote_is_read_row_by_row() {
+    let ways = crowd_scene::Trajectories::read(&sample("jupedsim-crossing.sqlite"), None).expect("JuPedSim's own");
+    assert_eq!((ways.person_count(), ways.stay_count()), (160, 160));
+    assert!((ways.end_s() - 39.9).abs() < 1e-3);
+    assert_eq!(ways.origin(), [15.0, 15.0]);
+    let area = ways.area().expect("it has one");
+    assert!((area.square_metres() - 324.0).abs() < 1e-6);
+    let mut walkers = Vec::new();
+    // Counted with SQLite itself.
+    for (frame, count) in [(0, 160), (100, 158), (250, 99), (399, 20)] {
+        ways.people_at(frame as f32 / 10.0, &mut walkers);
+        assert_eq!(walkers.len(), count, "frame {frame}");
+    }
+    ways.people_at(12.0, &mut walkers);
+    let one = walkers.iter().find(|walker| walker.id == 402).expect("present");
+    assert!((one.position.x - (11.016_134 - 15.0)).abs() < 1e-4 && (one.position.z - (15.0 - 15.448_673)).abs() < 1e-4);
+    let walking = walkers.iter().filter(|walker| walker.gait == crowd_scene::Gait::Walk).count();
+    assert!(walking > 100, "{walking}");
+    assert!(walkers.iter().all(|walker| walker.speed_m_s < 2.5));
+}
+
+#[cfg_attr(not(crowd_assets), ignore = "needs ../shared/assets or CROWD_ASSETS")]
+#[test]
+fn what_the_archive_has_is_read_row_by_row() {
+    let ways = crowd_scene::Trajectories::read(&sample("juelich-bottleneck.txt"), None).expect("the archive's form");
+    assert_eq!(ways.person_count(), 400);
+    let mut walkers = Vec::new();
+    for (frame, count) in [(0, 400), (50, 400), (100, 385), (199, 348)] {
+        ways.people_at(frame as f32 / 5.0, &mut walkers);
+        assert_eq!(walkers.len(), count, "frame {frame}");
+    }
+    assert!(ways.remarks().is_empty(), "{:?}", ways.remarks());
+}
