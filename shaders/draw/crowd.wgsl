@@ -7,6 +7,7 @@
 @group(0) @binding(3) var<storage, read> characters: array<CharacterRecord>;
 @group(0) @binding(4) var<storage, read> clips: array<ClipRecord>;
 @group(0) @binding(5) var<storage, read> vertices: array<VertexRecord>;
+// Whose each entry is: of the frame's vertex list, or of the list of instances sorted by bucket.
 @group(0) @binding(6) var<storage, read> slot_instances: array<u32>;
 @group(0) @binding(7) var<storage, read> bases: array<InstanceBase>;
 @group(0) @binding(8) var<storage, read> materials: array<MaterialRecord>;
@@ -55,6 +56,12 @@ fn reformed(@builtin(vertex_index) slot: u32) -> Surface {
 @vertex
 fn full_detail(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32) -> Surface {
     return place_vertex(i, v);
+}
+
+// One draw a bucket: the drawn instance is an entry of the sorted list.
+@vertex
+fn bucketed(@builtin(vertex_index) v: u32, @builtin(instance_index) entry: u32) -> Surface {
+    return place_vertex(slot_instances[entry], v);
 }
 
 // One texture coordinate brought into 0..1 by the material's wrap mode. The sampler repeats, so for the others we stay half

@@ -9,6 +9,8 @@ const FOLD_COLUMNS: u32 = 32768u;
 const BLOCK_SIZE: u32 = 256u;
 // Threads of a group that works on one instance.
 const INSTANCE_GROUP_SIZE: u32 = 64u;
+// Threads of a sorting group, each with one instance; also the most values of a digit.
+const SORT_BLOCK_SIZE: u32 = 64u;
 
 const OVERFLOW_BUDGET: u32 = 1u;
 const OVERFLOW_VERTICES: u32 = 2u;
@@ -152,6 +154,44 @@ struct FrameTotals {
     overflow: u32,
     needed_vertices: u32,
     needed_triangles: u32,
+    draw_count: u32,
+}
+
+struct BucketRecord {
+    vertex_count: u32,
+    triangle_count: u32,
+    first_index: u32,
+    coarser_vertex_count: u32,
+}
+
+struct BucketSet {
+    first_16: u32,
+    count_16: u32,
+    first_32: u32,
+    level_count: u32,
+}
+
+struct BucketCounts {
+    bucket_count: u32,
+    count_16: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+struct BucketRange {
+    first: u32,
+    end: u32,
+}
+
+struct DrawCounts {
+    count_16: u32,
+    count_32: u32,
+}
+
+struct SortPass {
+    shift: u32,
+    bits: u32,
+    is_first: u32,
     reserved: u32,
 }
 
@@ -173,4 +213,12 @@ fn group_number(workgroup: vec3u) -> u32 {
 fn saturating_add(a: u32, b: u32) -> u32 {
     let sum = a + b;
     return select(sum, 0xffffffffu, sum < a);
+}
+
+// Bucket of a character's quantised level, 0 the coarsest.
+fn bucket_of_level(levels: BucketSet, level: u32) -> u32 {
+    if level < levels.count_16 {
+        return levels.first_16 + level;
+    }
+    return levels.first_32 + level - levels.count_16;
 }

@@ -50,6 +50,6 @@ fn write_draw_args() {
         overflow,
         counts.vertex_base,
         counts.triangle_base,
-        0u,
+        select(0u, 1u, drawn.y > 0u),
     );
 }

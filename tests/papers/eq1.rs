@@ -43,7 +43,7 @@ fn frame(budget: u32, weight: Weight) -> FrameConfig {
 }
 
 fn counts(data: &CrowdData, instances: &[InstanceRecord], config: &FrameConfig) -> Vec<u32> {
-    cpu::run_selection(data, instances, config).choices.iter().map(|choice| choice.vertex_count).collect()
+    cpu::run_selection(data, &data.lods, instances, config).choices.iter().map(|choice| choice.vertex_count).collect()
 }
 
 /// A^(1/3) goes with distance^(-2/3): weights 1, 1/4 and 1/9, sum 49/36. With N = 4,900 the counts are 3,600, 900 and 400.
@@ -88,7 +88,8 @@ fn counts_end_at_full_detail() {
 /// When the coarsest levels alone exceed N, everyone keeps them and the frame says so.
 #[test]
 fn a_budget_below_the_coarsest_levels_is_reported() {
-    let frame = cpu::run_selection(&crowd(), &instances(), &frame(299, Weight::Area));
+    let data = crowd();
+    let frame = cpu::run_selection(&data, &data.lods, &instances(), &frame(299, Weight::Area));
     assert!(frame.choices.iter().all(|choice| (choice.vertex_count, choice.triangle_count) == (100, 200)));
     assert_eq!((frame.totals.overflow, frame.totals.min_vertex_count), (crowd_stages::overflow::BUDGET, 300));
 }

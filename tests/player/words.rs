@@ -133,7 +133,8 @@ fn the_report_has_its_shape() {
     assert_eq!(report["backend"], "cpu");
     assert_eq!(report["pack"], "posts.crowdpack");
     assert_eq!(report["size"], serde_json::json!([32, 18]));
-    assert_eq!(report["technique"], "reform");
+    assert_eq!(report["technique"], "bucketed");
+    assert_eq!(report["levels"], "quantized");
     assert_eq!(report["weight"], "area");
     assert_eq!(report["alpha"], 3.0);
     assert_eq!(report["budget"], 300_000 + 4 * 26, "the coarsest levels and the software default");

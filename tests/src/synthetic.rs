@@ -3,7 +3,8 @@
 //! No bake is needed, so that the runtime can be tested without it. The collapses are valid but not clever.
 
 use crowd_pack::{
-    CharacterRecord, ClipRecord, LodRecord, MaterialRecord, NONE, VertexRecord, encode_normal, material_flags,
+    CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord, NONE, VertexRecord,
+    encode_normal, material_flags,
 };
 use crowd_stages::{CrowdData, FrameConfig, FrameView, InstanceRecord, TextureLayer, Weight};
 use glam::{Mat4, Vec3};
@@ -12,6 +13,8 @@ use glam::{Mat4, Vec3};
 const JOINTS: usize = 3;
 /// Frames of a clip; the last shows the first pose again.
 const FRAMES: u32 = 9;
+/// Levels of more vertices than this have 32-bit indices.
+const WIDE_FROM: u32 = 300;
 /// Side of the texture layers, texels.
 const LAYER_SIDE: u32 = 64;
 
@@ -164,6 +167,50 @@ fn add_barrel(data: &mut CrowdData, barrel: &Barrel) {
     data.collapse_map.extend(order.collapse_map);
     data.materials.push(barrel.material);
     data.characters.push(character);
+    add_tables(data, &character);
+}
+
+/// Quantised levels in steps of about an eighth, their triangles in another order than that of the collapses, beginning at
+/// any corner. The third barrel's finer levels have wide indices, as those of characters with more vertices do.
+fn add_tables(data: &mut CrowdData, character: &CharacterRecord) {
+    let mut wanted = character.vertex_count;
+    let mut counts = vec![character.vertex_count];
+    while wanted > character.min_vertex_count {
+        wanted = (wanted - 1 - wanted / 8).max(character.min_vertex_count);
+        counts.push(data.lods[(character.lod_offset + wanted) as usize].vertex_count);
+    }
+    counts.reverse();
+    counts.dedup();
+    data.level_sets.push(LevelSetRecord {
+        level_offset: data.levels.len() as u32,
+        quantized_count: counts.len() as u32,
+        ..Default::default()
+    });
+    for vertex_count in counts {
+        let LodRecord { triangle_count, .. } = data.lods[(character.lod_offset + vertex_count) as usize];
+        let choice = crowd_stages::LodChoice { vertex_count, triangle_count };
+        let mut triangles = crowd_stages::cpu::reform_level(data, character, choice);
+        triangles.sort_by_key(|t| hash(t[0] ^ (t[1] << 10) ^ (t[2] << 20)));
+        let turned = triangles.iter().map(|&[a, b, c]| match hash(a ^ b ^ c) % 3 {
+            0 => [a, b, c],
+            1 => [b, c, a],
+            _ => [c, a, b],
+        });
+        let corners: Vec<u32> = turned.flatten().collect();
+        let is_wide = vertex_count > WIDE_FROM;
+        data.levels.push(LevelRecord {
+            vertex_count,
+            triangle_count,
+            index_offset: if is_wide { data.indices_32.len() } else { data.indices_16.len() } as u32,
+            index_bytes: if is_wide { 4 } else { 2 },
+            refit_vertex_offset: NONE,
+            bound_m: 0.5 / vertex_count as f32 - 0.5 / character.vertex_count as f32,
+        });
+        match is_wide {
+            true => data.indices_32.extend(corners),
+            false => data.indices_16.extend(corners.into_iter().map(|corner| corner as u16)),
+        }
+    }
 }
 
 /// A lathed barrel, closed to a small hole at both ends, with a seam of doubled vertices at the back.

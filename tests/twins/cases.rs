@@ -1,7 +1,7 @@
 //! What the stages are run on, and how integers are compared.
 
 use crowd_stages::{
-    Capacities, CrowdData, CullRecord, FrameConfig, InstanceRecord, LodChoice, Weight, WeightSums, cpu,
+    Buckets, Capacities, CrowdData, CullRecord, FrameConfig, InstanceRecord, LodChoice, Weight, WeightSums, cpu,
 };
 use crowd_tests::synthetic;
 use std::fmt::Debug;
@@ -23,6 +23,12 @@ pub struct Selected {
     pub sums: WeightSums,
     pub wanted: Vec<u32>,
     pub choices: Vec<LodChoice>,
+}
+
+/// Its buckets, made once.
+pub fn buckets() -> &'static Buckets {
+    static BUCKETS: OnceLock<Buckets> = OnceLock::new();
+    BUCKETS.get_or_init(|| Buckets::of(data()).expect("the barrels have index tables"))
 }
 
 /// The synthetic crowd, made once.
@@ -51,7 +57,7 @@ impl Case {
         let culled = cpu::cull_instances(self.data, &self.instances, &self.config);
         let mut sums = cpu::sum_weights(self.data, &self.instances, &culled);
         let wanted = cpu::select_lod(self.data, &self.instances, &culled, &sums, &self.config);
-        let choices = cpu::fit_budget(self.data, &self.instances, &wanted, &mut sums, &self.config);
+        let choices = cpu::fit_budget(self.data, &self.data.lods, &self.instances, &wanted, &mut sums, &self.config);
         Selected { culled, sums, wanted, choices }
     }
 }

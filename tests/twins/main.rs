@@ -3,11 +3,15 @@
 mod cases;
 mod cull_instances;
 mod fit_budget;
+mod key_instances;
 mod orphans;
 mod place_vertices;
 mod reform_triangles;
 mod scan_counts;
 mod select_lod;
+mod sort_instances;
 mod sum_weights;
+mod techniques;
 mod whole_chain;
+mod write_bucket_args;
 mod write_draw_args;

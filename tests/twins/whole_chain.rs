@@ -4,14 +4,14 @@ use crate::cases::{SIZES, case, data, first_difference};
 use crowd_raster::{ImageDifference, Target, compare_images};
 use crowd_stages::gpu::{ANIMATION_HEIGHT, ANIMATION_WIDTH, CrowdRenderer, RendererOptions};
 use crowd_stages::{
-    Capacities, CrowdData, DrawArgs, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, Technique,
-    Weight, cpu, overflow,
+    Capacities, CrowdData, DrawArgs, DrawOptions, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice,
+    Technique, Weight, cpu, overflow,
 };
 use crowd_tests::gpu::{self, Picture};
 use crowd_tests::synthetic;
 use glam::Vec3;
 
-const OPTIONS: RendererOptions = RendererOptions {
+pub const OPTIONS: RendererOptions = RendererOptions {
     max_instances: 70_000,
     max_vertices: 4_000_000,
     max_triangles: 8_000_000,
@@ -19,7 +19,12 @@ const OPTIONS: RendererOptions = RendererOptions {
     sample_count: 1,
 };
 
-fn draw(renderer: &mut CrowdRenderer, picture: &Picture, config: &FrameConfig, technique: Technique) -> FrameTotals {
+pub fn draw(
+    renderer: &mut CrowdRenderer,
+    picture: &Picture,
+    config: &FrameConfig,
+    technique: impl Into<DrawOptions>,
+) -> FrameTotals {
     let (device, queue) = gpu::device();
     let mut encoder = device.create_command_encoder(&Default::default());
     renderer
@@ -29,7 +34,7 @@ fn draw(renderer: &mut CrowdRenderer, picture: &Picture, config: &FrameConfig, t
     renderer.totals(device, true).expect("a frame was submitted and waited for")
 }
 
-fn renderer(options: RendererOptions, instances: &[InstanceRecord]) -> CrowdRenderer {
+pub fn renderer(options: RendererOptions, instances: &[InstanceRecord]) -> CrowdRenderer {
     renderer_of(data(), options, instances)
 }
 
@@ -41,13 +46,13 @@ fn renderer_of(data: &CrowdData, options: RendererOptions, instances: &[Instance
 }
 
 /// Colours of 640 x 360 pixels compared.
-fn compare(a: &[[u8; 4]], b: &[[u8; 4]]) -> ImageDifference {
+pub fn compare(a: &[[u8; 4]], b: &[[u8; 4]]) -> ImageDifference {
     let target = |color: &[[u8; 4]]| Target { width: 640, height: 360, color: color.to_vec(), depth: Vec::new() };
     compare_images(&target(a), &target(b)).expect("both have the same size")
 }
 
 /// A near view of a small crowd.
-fn close_up() -> (Vec<InstanceRecord>, FrameConfig) {
+pub fn close_up() -> (Vec<InstanceRecord>, FrameConfig) {
     let instances = synthetic::instances(data(), 60);
     let view = synthetic::view(Vec3::new(2.0, 2.2, 8.0), Vec3::new(0.0, 0.8, 0.0), u32::MAX, Weight::Area, 360);
     (instances, FrameConfig::from_camera(&view))
@@ -79,7 +84,9 @@ fn the_chain_agrees_and_its_buffers_follow_from_its_levels() {
         let totals = draw(&mut renderer, &picture, &case.config, Technique::Reform);
         let (frame, _) = cpu::run_frame(case.data, &case.instances, &case.config, &capacities);
 
-        let [choices, bases, slots, indices, args] = renderer.frame_buffers();
+        let buffer = |name| renderer.buffer(Technique::Reform, name).expect("reformation writes it");
+        let [choices, bases, slots, indices, args] =
+            ["choices", "bases", "slot_instances", "indices", "draw_args"].map(buffer);
         let n = case.instances.len();
         let choices: Vec<LodChoice> = gpu::read(choices, n);
         assert_eq!(choices_differ(&choices, &frame.choices), None, "{count} instances");
@@ -210,7 +217,10 @@ fn a_picture_without_room_is_an_error_and_the_next_one_is_drawn() {
 fn what_does_not_fit_is_refused_with_numbers() {
     let (device, queue) = gpu::device();
     let enormous = RendererOptions { max_triangles: u32::MAX, ..OPTIONS };
-    let error = CrowdRenderer::new(device, queue, data(), enormous).err().expect("48 GiB of indices").to_string();
+    let mut without_reform =
+        CrowdRenderer::new(device, queue, data(), enormous).expect("nothing asks for triangles yet");
+    let error = without_reform.prepare(device, queue, Technique::Reform).expect_err("48 GiB of indices").to_string();
+    assert!(without_reform.prepare(device, queue, Technique::Bucketed).is_ok(), "it writes no indices");
     assert!(error.contains("index buffer") && error.contains("lower the vertex budget"), "{error}");
     let clamped = enormous.clamped_to(&device.limits());
     assert!(clamped.max_triangles < u32::MAX && clamped.max_vertices == OPTIONS.max_vertices);

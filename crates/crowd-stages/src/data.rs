@@ -1,8 +1,11 @@
 //! A pack made ready for the stages: records as they lie, textures decoded into layers of one size.
 
-use crate::InstanceRecord;
 use crate::layers::decode_layers;
-use crowd_pack::{AnimationLayout, CharacterRecord, ClipRecord, LodRecord, MaterialRecord, Pack, VertexRecord};
+use crate::{InstanceRecord, Technique};
+use crowd_pack::{
+    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord, Pack,
+    VertexRecord,
+};
 use glam::Mat4;
 
 /// Result of this crate.
@@ -39,6 +42,22 @@ pub enum Error {
         what: &'static str,
         /// Needed.
         bytes: u64,
+        /// What the user can do.
+        remedy: &'static str,
+    },
+    /// A character has no index tables, or they do not fit it.
+    #[error("character {character}: no levels with index tables; bake the pack again")]
+    Tables {
+        /// Index of the character.
+        character: usize,
+    },
+    /// The device lacks a feature that a technique cannot do without.
+    #[error("{technique}: the adapter does not offer {feature}; {remedy}")]
+    Feature {
+        /// Which asked for it.
+        technique: Technique,
+        /// Its name in wgpu.
+        feature: &'static str,
         /// What the user can do.
         remedy: &'static str,
     },
@@ -82,6 +101,14 @@ pub struct CrowdData {
     pub collapse_map: Vec<u32>,
     /// LOD tables.
     pub lods: Vec<LodRecord>,
+    /// Where each character's levels with index tables lie.
+    pub level_sets: Vec<LevelSetRecord>,
+    /// All levels with index tables.
+    pub levels: Vec<LevelRecord>,
+    /// Indices of levels of few vertices, local to the character.
+    pub indices_16: Vec<u16>,
+    /// Indices of the others.
+    pub indices_32: Vec<u32>,
     /// Clips.
     pub clips: Vec<ClipRecord>,
     /// Rows of premultiplied 3x4 palettes, three a joint and frame (a split pack is multiplied on loading, and the
@@ -119,6 +146,10 @@ impl CrowdData {
             triangles: contents.triangles.clone(),
             collapse_map: contents.collapse_map.clone(),
             lods: contents.lods.clone(),
+            level_sets: contents.level_sets.clone(),
+            levels: contents.levels.clone(),
+            indices_16: contents.indices_16.clone(),
+            indices_32: contents.indices_32.clone(),
             clips: contents.clips.clone(),
             animation: Vec::new(),
             materials: contents.materials.clone(),

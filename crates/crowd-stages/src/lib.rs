@@ -1,4 +1,5 @@
-//! The per-frame pipeline of a crowd: cull -> weigh -> select levels -> fit the budget -> scan -> reform -> draw.
+//! The per-frame pipeline of a crowd: cull -> weigh -> select levels -> fit the budget, then as the [`Technique`] has it:
+//! scan -> reform -> draw, or sort into buckets -> draw.
 //!
 //! Each stage stands four times under one name: `shaders/stages/<stage>.wgsl`, [`cpu`]`/<stage>.rs` (the twin, a plain
 //! function that follows the paper), [`gpu`]`/<stage>.rs` (the dispatch) and `tests/twins/<stage>.rs`.
@@ -47,11 +48,15 @@
 //! # }
 //! ```
 
+mod buckets;
 pub mod cpu;
 mod data;
 pub mod gpu;
 mod layers;
 mod records;
+mod technique;
 
+pub use buckets::Buckets;
 pub use data::{CrowdData, Error, Result, TextureLayer};
 pub use records::*;
+pub use technique::{DrawOptions, Levels, Technique};

@@ -173,19 +173,19 @@ pub struct Capacities {
     pub reserved_b: u32,
 }
 
-/// Arguments of the one indexed indirect draw, 20 bytes; the layout is wgpu's.
+/// Arguments of an indexed indirect draw, 20 bytes; the layout is wgpu's.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
 pub struct DrawArgs {
     /// Three a triangle.
     pub index_count: u32,
-    /// Always 1.
+    /// Of a bucket: its instances; else 1.
     pub instance_count: u32,
-    /// Always 0.
+    /// First in the index buffer.
     pub first_index: u32,
     /// Always 0.
     pub base_vertex: i32,
-    /// Always 0.
+    /// Of a bucket: its first entry of the sorted list; else 0.
     pub first_instance: u32,
 }
 
@@ -245,6 +245,82 @@ pub struct FrameTotals {
     pub needed_vertices: u32,
     /// Triangles of all visible instances at the levels chosen, drawn or not: what the index buffer must hold.
     pub needed_triangles: u32,
+    /// Draws that draw anything.
+    pub draw_count: u32,
+}
+
+/// A quantised level of a character: what one indirect draw draws, 16 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct BucketRecord {
+    /// Vertices of the level; indices are below.
+    pub vertex_count: u32,
+    /// Triangles of the level.
+    pub triangle_count: u32,
+    /// First index, in the index buffer of that width.
+    pub first_index: u32,
+    /// Vertices of the next coarser quantised level; its own of the coarsest.
+    pub coarser_vertex_count: u32,
+}
+
+/// A character's buckets, 16 bytes: its first levels have 16-bit indices, the others 32-bit ones.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct BucketSet {
+    /// Bucket of the coarsest level, if that has 16-bit indices.
+    pub first_16: u32,
+    /// Levels with 16-bit indices.
+    pub count_16: u32,
+    /// Bucket of the first level with 32-bit indices, if there is one.
+    pub first_32: u32,
+    /// Levels of both.
+    pub level_count: u32,
+}
+
+/// How many buckets there are, a uniform of 16 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct BucketCounts {
+    /// All; also the key of instances in none.
+    pub bucket_count: u32,
+    /// Those with 16-bit indices; they come first.
+    pub count_16: u32,
+    /// Zero.
+    pub reserved_a: u32,
+    /// Zero.
+    pub reserved_b: u32,
+}
+
+/// Instances of a bucket in the sorted list, 8 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct BucketRange {
+    /// First.
+    pub first: u32,
+    /// One past the last.
+    pub end: u32,
+}
+
+/// Draws of each index width that draw anything, 8 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct DrawCounts {
+    /// With 16-bit indices.
+    pub count_16: u32,
+    /// With 32-bit indices.
+    pub count_32: u32,
+}
+
+/// One pass of `sort_instances`, a uniform of 16 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct SortPass {
+    /// Lowest bit of the digit.
+    pub shift: u32,
+    /// Bits of the digit, at most [`dispatch::MAX_DIGIT_BITS`].
+    pub bits: u32,
+    /// 1 in the first pass: the values are the instances' numbers.
+    pub is_first: u32,
     /// Zero.
     pub reserved: u32,
 }
@@ -274,16 +350,6 @@ pub enum Weight {
     AreaDistance,
 }
 
-/// How the crowd is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Technique {
-    /// Per-frame triangle reformation into one index buffer, one indirect draw (Peng 2011 §5, Dong 2019 §5.3).
-    #[default]
-    Reform,
-    /// One draw per instance at full detail, no culling: the papers' baseline.
-    PseudoInstancing,
-}
-
 /// Numbers the shaders and the dispatches agree on; `shaders/shared/records.wgsl` has the same.
 pub mod dispatch {
     /// Workgroups beyond 65,535 are folded into rows of this many.
@@ -292,6 +358,10 @@ pub mod dispatch {
     pub const BLOCK_SIZE: u32 = 256;
     /// Threads of a group that works on one instance.
     pub const INSTANCE_GROUP_SIZE: u32 = 64;
+    /// Threads of a sorting group, each with one instance; also the most values of a digit.
+    pub const SORT_BLOCK_SIZE: u32 = 64;
+    /// Most bits of a digit of the sort.
+    pub const MAX_DIGIT_BITS: u32 = 6;
 }
 
 #[cfg(test)]

@@ -4,8 +4,9 @@ use crowd_pack::{CharacterRecord, ClipRecord, LodRecord, MaterialRecord, VertexR
 use crowd_raster::light;
 use crowd_stages::gpu::{self, ANIMATION_HEIGHT, ANIMATION_WIDTH};
 use crowd_stages::{
-    Capacities, CullRecord, DrawArgs, DrawConfig, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice,
-    Weight, WeightSums, dispatch, overflow,
+    BucketCounts, BucketRange, BucketRecord, BucketSet, Capacities, CullRecord, DrawArgs, DrawConfig, DrawCounts,
+    FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, SortPass, Weight, WeightSums, dispatch,
+    overflow,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};
@@ -92,8 +93,14 @@ fn rust_layouts() -> Vec<Layout> {
             overflow,
             needed_vertices,
             needed_triangles,
-            reserved,
+            draw_count,
         }),
+        layout!(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count }),
+        layout!(BucketSet { first_16, count_16, first_32, level_count }),
+        layout!(BucketCounts { bucket_count, count_16, reserved_a, reserved_b }),
+        layout!(BucketRange { first, end }),
+        layout!(DrawCounts { count_16, count_32 }),
+        layout!(SortPass { shift, bits, is_first, reserved }),
         layout!(DrawConfig { ray_x, width_px, ray_y, height_px, ray_w, layer_side }),
     ]
 }
@@ -109,6 +116,9 @@ fn sources() -> Vec<(&'static str, String)> {
         ("place_vertices", gpu::PlaceVertices::source()),
         ("reform_triangles", gpu::ReformTriangles::source()),
         ("write_draw_args", gpu::WriteDrawArgs::source()),
+        ("key_instances", gpu::KeyInstances::source()),
+        ("sort_instances", gpu::SortInstances::source()),
+        ("write_bucket_args", gpu::WriteBucketArgs::source()),
         ("backdrop", gpu::backdrop_source()),
         ("crowd", gpu::crowd_source()),
     ]
@@ -200,6 +210,8 @@ fn constants_are_the_same() {
         ("FOLD_COLUMNS", dispatch::FOLD_COLUMNS),
         ("BLOCK_SIZE", dispatch::BLOCK_SIZE),
         ("INSTANCE_GROUP_SIZE", dispatch::INSTANCE_GROUP_SIZE),
+        ("SORT_BLOCK_SIZE", dispatch::SORT_BLOCK_SIZE),
+        ("SORT_BLOCK_SIZE", 1 << dispatch::MAX_DIGIT_BITS),
         ("OVERFLOW_BUDGET", overflow::BUDGET),
         ("OVERFLOW_VERTICES", overflow::VERTICES),
         ("OVERFLOW_TRIANGLES", overflow::TRIANGLES),

@@ -6,10 +6,10 @@ use crate::crowd::Crowd;
 use crate::gpu_backend::GpuBackend;
 use crate::gpu_device::{self, Gpu};
 use crate::picture::Picture;
-use crate::plan::{GPU_BUDGET, LARGEST_USUAL_BUDGET, MachinePlan, SOFTWARE_BUDGET};
+use crate::plan::{DetailPlan, GPU_BUDGET, LARGEST_USUAL_BUDGET, MachinePlan, SOFTWARE_BUDGET};
 use crate::stats::Adapter;
 use crate::{Result, Talk};
-use crowd_stages::{FrameConfig, FrameTotals, InstanceRecord, Technique};
+use crowd_stages::{DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique};
 
 /// What draws the frames of a headless run.
 pub enum Backend {
@@ -50,6 +50,18 @@ pub fn usual_budget(gpu: Option<&Gpu>, crowd: &Crowd) -> u32 {
     least.saturating_add(swift).min(least.max(LARGEST_USUAL_BUDGET))
 }
 
+/// The plan's level of detail; reformation instead of the usual technique where the adapter cannot do that.
+pub fn settle_technique(detail: &DetailPlan, gpu: Option<&Gpu>, talk: &mut Talk<'_>) -> DetailPlan {
+    let mut settled = *detail;
+    let technique = detail.draw.technique;
+    let lacks = gpu.is_some_and(|gpu| !crowd_stages::gpu::supports(&gpu.device, technique));
+    if lacks && !detail.technique_is_given {
+        settled.draw.technique = Technique::Reform;
+        talk.say(&format!("this adapter cannot draw {technique}; drawing {} instead", Technique::Reform));
+    }
+    settled
+}
+
 impl Backend {
     /// Sets up drawing.
     pub fn new(gpu: Option<Gpu>, crowd: &Crowd, size: [u32; 2], samples: u32, budget: u32) -> Result<Self> {
@@ -68,10 +80,10 @@ impl Backend {
     }
 
     /// Draws a frame and waits for it.
-    pub fn draw(&mut self, crowd: &Crowd, config: &FrameConfig, technique: Technique) -> Result<FrameTotals> {
+    pub fn draw(&mut self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> Result<FrameTotals> {
         match self {
-            Self::Gpu(gpu) => gpu.draw(config, technique),
-            Self::Cpu(cpu) => Ok(cpu.draw(crowd, config, technique)),
+            Self::Gpu(gpu) => gpu.draw(config, options),
+            Self::Cpu(cpu) => Ok(cpu.draw(crowd, config, options)),
         }
     }
 

@@ -1,6 +1,8 @@
 //! The words of the command line. What they mean is decided in `plan.rs`.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, ValueEnum, ValueHint};
+use crowd_stages::Technique;
 use std::path::PathBuf;
 
 const USAGE: &str =
@@ -109,9 +111,13 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = WeightWord::Area, help_heading = "Level of detail")]
     pub weight: WeightWord,
 
-    /// How the crowd is drawn
-    #[arg(long, value_enum, default_value_t = TechniqueWord::Reform, help_heading = "Level of detail")]
-    pub technique: TechniqueWord,
+    /// How the crowd is drawn [default: bucketed, or reform where the adapter has no first instance in indirect draws]
+    #[arg(long, value_name = "NAME", value_parser = techniques(), help_heading = "Level of detail")]
+    pub technique: Option<Technique>,
+
+    /// Only levels that have index tables, also where the technique could draw those between
+    #[arg(long, help_heading = "Level of detail")]
+    pub snap_levels: bool,
 
     /// A camera path file, with times, positions and fields of view
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath,
@@ -204,15 +210,6 @@ pub enum WeightWord {
     AreaDistance,
 }
 
-/// `--technique`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum TechniqueWord {
-    /// Continuous level of detail under the budget, one indirect draw
-    Reform,
-    /// One draw per instance at full detail, nothing culled
-    PseudoInstancing,
-}
-
 /// `--backend`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BackendWord {
@@ -222,6 +219,12 @@ pub enum BackendWord {
     Gpu,
     /// The software rasteriser
     Cpu,
+}
+
+/// Reads a technique by its long or short name.
+pub fn techniques() -> impl TypedValueParser<Value = Technique> {
+    let value = |t: Technique| PossibleValue::new(t.name()).alias(t.short_name()).help(t.describe());
+    PossibleValuesParser::new(Technique::ALL.map(value)).try_map(|name| name.parse::<Technique>())
 }
 
 fn finite(text: &str) -> Result<f32, String> {
@@ -303,6 +306,16 @@ mod tests {
     }
 
     #[test]
+    fn techniques_have_long_and_short_names() {
+        for technique in Technique::ALL {
+            for name in [technique.name(), technique.short_name()] {
+                let args = Args::try_parse_from(["crowdplay", "p", "--technique", name]).expect("a known name");
+                assert_eq!(args.technique, Some(technique));
+            }
+        }
+    }
+
+    #[test]
     fn usage_errors_are_found_before_any_file_is_opened() {
         let table: &[&[&str]] = &[
             &["crowdplay"],
@@ -312,6 +325,7 @@ mod tests {
             &["crowdplay", "p", "--msaa", "3"],
             &["crowdplay", "p", "--alpha", "0"],
             &["crowdplay", "p", "--orbit", "0,1,2", "--camera-path", "c"],
+            &["crowdplay", "p", "--technique", "b9"],
         ];
         for words in table {
             assert!(Args::try_parse_from(*words).is_err(), "{words:?}");

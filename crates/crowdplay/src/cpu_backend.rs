@@ -3,9 +3,11 @@
 use crate::crowd::Crowd;
 use crate::picture::Picture;
 use crate::{Error, Result};
-use crowd_pack::{CharacterRecord, MaterialRecord, NONE, VertexRecord, material_flags};
+use crowd_pack::{CharacterRecord, LodRecord, MaterialRecord, NONE, VertexRecord, material_flags};
 use crowd_raster::{Batch, Fill, Material, Mip, Target, Texture, View, Wrap};
-use crowd_stages::{CrowdData, FrameConfig, FrameTotals, InstanceRecord, LodChoice, Technique, cpu, overflow};
+use crowd_stages::{
+    Buckets, CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Levels, LodChoice, Technique, cpu,
+};
 use glam::{Mat4, Vec3};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -21,6 +23,7 @@ const BATCH_MATERIALS: usize = 1 << 16;
 pub struct CpuBackend {
     textures: Vec<Texture>,
     materials: Vec<Material>,
+    quantized_lods: Vec<LodRecord>,
     /// The newest frame, `factor` times as wide and high as asked for.
     target: Target,
     factor: u32,
@@ -46,6 +49,7 @@ impl CpuBackend {
         Ok(Self {
             textures: crowd.data.layers.iter().map(texture).collect(),
             materials: crowd.data.materials.iter().map(material).collect(),
+            quantized_lods: Buckets::of(&crowd.data)?.quantized_lods(&crowd.data),
             target: Target::new(size[0] * factor, size[1] * factor, [0, 0, 0, 255]),
             factor,
             timings_ms: Vec::new(),
@@ -61,12 +65,9 @@ impl CpuBackend {
     }
 
     /// Draws a frame.
-    pub fn draw(&mut self, crowd: &Crowd, config: &FrameConfig, technique: Technique) -> FrameTotals {
+    pub fn draw(&mut self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> FrameTotals {
         let start = Instant::now();
-        let mut frame = cpu::run_selection(&crowd.data, &crowd.instances, config);
-        if technique == Technique::PseudoInstancing {
-            select_everything(&crowd.data, &crowd.instances, config.budget, &mut frame);
-        }
+        let frame = self.select(crowd, config, options);
         let selected = Instant::now();
         let view = View {
             clip_from_world: Mat4::from_cols_array_2d(&config.clip_from_world),
@@ -92,6 +93,21 @@ impl CpuBackend {
         frame.totals
     }
 
+    /// The levels that the technique would draw; how they are submitted does not matter here.
+    fn select(&self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> cpu::CpuFrame {
+        let Crowd { data, instances, .. } = crowd;
+        match options.technique {
+            Technique::PseudoInstancing => cpu::select_full_detail(data, instances, config),
+            Technique::Reform | Technique::Bucketed => {
+                let lods = match options.levels() {
+                    Levels::Continuous => &data.lods,
+                    Levels::Quantized => &self.quantized_lods,
+                };
+                cpu::run_selection(data, lods, instances, config)
+            }
+        }
+    }
+
     /// The newest frame's pixels.
     pub fn picture(&self) -> Picture {
         let smaller = (self.factor > 1).then(|| crowd_raster::downsample(&self.target, self.factor));
@@ -103,24 +119,6 @@ impl CpuBackend {
     pub fn timings_ms(&self) -> Vec<(&'static str, f32)> {
         self.timings_ms.clone()
     }
-}
-
-/// Pseudo-instancing: every instance at full detail, nothing culled.
-fn select_everything(data: &CrowdData, instances: &[InstanceRecord], budget: u32, frame: &mut cpu::CpuFrame) {
-    let mut totals = FrameTotals { visible_count: instances.len() as u32, ..Default::default() };
-    for (one, choice) in instances.iter().zip(&mut frame.choices) {
-        let character = &data.characters[one.character as usize];
-        let full = character.lod_offset + character.vertex_count;
-        let full = data.lods[full as usize];
-        *choice = LodChoice { vertex_count: full.vertex_count, triangle_count: full.triangle_count };
-        totals.vertex_count = totals.vertex_count.saturating_add(full.vertex_count);
-        totals.triangle_count = totals.triangle_count.saturating_add(full.triangle_count);
-        totals.min_vertex_count = totals.min_vertex_count.saturating_add(character.min_vertex_count);
-    }
-    totals.needed_vertices = totals.vertex_count;
-    totals.needed_triangles = totals.triangle_count;
-    totals.overflow = if totals.min_vertex_count > budget { overflow::BUDGET } else { 0 };
-    frame.totals = totals;
 }
 
 /// Several posed instances as one list of triangles. Kept between batches, so that its memory is, too.

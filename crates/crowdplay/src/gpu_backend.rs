@@ -5,7 +5,7 @@ use crate::gpu_device::Gpu;
 use crate::picture::Picture;
 use crate::{Error, Result};
 use crowd_stages::gpu::{CrowdRenderer, RendererOptions, buffer_or_error, texture_or_error};
-use crowd_stages::{CrowdData, FrameConfig, FrameTotals, InstanceRecord, Technique};
+use crowd_stages::{CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRecord};
 
 /// A renderer that draws into a texture of its own.
 pub struct GpuBackend {
@@ -32,11 +32,11 @@ impl GpuBackend {
     }
 
     /// Draws a frame and waits until it is done.
-    pub fn draw(&mut self, config: &FrameConfig, technique: Technique) -> Result<FrameTotals> {
+    pub fn draw(&mut self, config: &FrameConfig, options: DrawOptions) -> Result<FrameTotals> {
         let Self { gpu, renderer, canvas } = self;
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let size = (canvas.size[0], canvas.size[1]);
-        renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, technique)?;
+        renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, options)?;
         gpu.queue.submit([encoder.finish()]);
         wait(&gpu.device)?;
         Ok(renderer.totals(&gpu.device, true).unwrap_or_default())

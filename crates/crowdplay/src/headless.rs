@@ -7,7 +7,7 @@ use crate::plan::{DetailPlan, HeadlessPlan, Plan};
 use crate::stats::{self, Frame, Report, Timings};
 use crate::view::{Viewer, frame_config};
 use crate::{Error, Result, Talk};
-use crowd_stages::{Technique, Weight};
+use crowd_stages::{Levels, Weight};
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -22,7 +22,8 @@ pub fn render(
 ) -> Result<Report> {
     let viewer = Viewer::open(&plan.camera, crowd)?;
     let gpu = backend::find_gpu(&plan.machine, talk)?;
-    let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref(), crowd));
+    let detail = backend::settle_technique(&plan.detail, gpu.as_ref(), talk);
+    let budget = detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref(), crowd));
     let samples = plan.machine.samples.unwrap_or(4);
     let mut backend = Backend::new(gpu, crowd, plan.size, samples, budget)?;
     let mut frames = Vec::new();
@@ -30,12 +31,12 @@ pub fn render(
     let mut warnings = Vec::new();
     for number in 0..headless.frames {
         let time_s = headless.start_s + number as f32 * headless.dt_s;
-        let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
+        let config = frame_config(&viewer.at(time_s), plan.size, time_s, &detail, budget);
         if crowd.advance(time_s) {
             backend.set_instances(&crowd.instances)?;
         }
         let start = Instant::now();
-        let totals = backend.draw(crowd, &config, plan.detail.technique)?;
+        let totals = backend.draw(crowd, &config, detail.draw)?;
         let frame_ms = start.elapsed().as_secs_f32() * 1e3;
         frames.push(Frame::new(number, time_s, totals, frame_ms, &backend.timings_ms()));
         for message in stats::overflow_messages(&totals, budget) {
@@ -56,7 +57,7 @@ pub fn render(
         }
     }
     say_what_came_out(headless, crowd, &frames, &pictures, budget, talk);
-    let mut report = report(plan, &plan.detail, crowd, budget, backend.word(), backend.describe());
+    let mut report = report(plan, &detail, crowd, budget, backend.word(), backend.describe());
     report.samples = samples;
     report.dt_s = headless.dt_s;
     report.gpu_bytes = backend.gpu_bytes();
@@ -110,9 +111,10 @@ pub fn report(
         adapter,
         size: plan.size,
         samples: 1,
-        technique: match detail.technique {
-            Technique::Reform => "reform",
-            Technique::PseudoInstancing => "pseudo-instancing",
+        technique: detail.draw.technique.name(),
+        levels: match detail.draw.levels() {
+            Levels::Continuous => "continuous",
+            Levels::Quantized => "quantized",
         },
         budget,
         alpha: detail.alpha,

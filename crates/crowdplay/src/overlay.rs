@@ -2,7 +2,7 @@
 
 use crate::camera_control::{CameraControl, Mode};
 use crate::stats;
-use crowd_stages::{FrameTotals, Technique, Weight};
+use crowd_stages::{DrawOptions, FrameTotals, Levels, Technique, Weight};
 use egui::{Color32, RichText, Sense, Slider, Stroke, Ui, pos2, vec2};
 use std::collections::VecDeque;
 
@@ -21,7 +21,7 @@ pub struct Knobs {
     /// Weight of an instance.
     pub weight: Weight,
     /// How the crowd is drawn.
-    pub technique: Technique,
+    pub draw: DrawOptions,
     /// Time stands still.
     pub paused: bool,
     /// Seconds of the crowd a second of the clock.
@@ -145,11 +145,12 @@ fn numbers(ui: &mut Ui, knobs: &Knobs, readings: &Readings) {
         row(
             ui,
             "Vertices",
-            match knobs.technique {
-                Technique::Reform => format!("{vertices} of N ({used:.1} %)"),
-                Technique::PseudoInstancing => format!("{vertices}, no budget"),
+            match knobs.draw.technique.has_budget() {
+                true => format!("{vertices} of N ({used:.1} %)"),
+                false => format!("{vertices}, no budget"),
             },
         );
+        row(ui, "Draws", grouped(u64::from(totals.draw_count)));
         if readings.gpu_bytes > 0 {
             row(ui, "GPU memory", format!("{:.1} MB", readings.gpu_bytes as f64 / 1e6));
         }
@@ -195,11 +196,20 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs) {
         ui.selectable_value(&mut knobs.weight, Weight::Area, "area");
         ui.selectable_value(&mut knobs.weight, Weight::AreaDistance, "area, distance");
     });
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.label("Technique");
-        ui.selectable_value(&mut knobs.technique, Technique::Reform, "reform");
-        ui.selectable_value(&mut knobs.technique, Technique::PseudoInstancing, "pseudo-instancing");
+        for technique in Technique::ALL {
+            ui.selectable_value(&mut knobs.draw.technique, technique, technique.name())
+                .on_hover_text(technique.describe());
+        }
     });
+    if knobs.draw.technique == Technique::Reform {
+        ui.horizontal(|ui| {
+            ui.label("Levels");
+            ui.selectable_value(&mut knobs.draw.levels, Levels::Continuous, "all");
+            ui.selectable_value(&mut knobs.draw.levels, Levels::Quantized, "those with tables");
+        });
+    }
     ui.horizontal(|ui| {
         ui.checkbox(&mut knobs.paused, "pause");
         ui.add(Slider::new(&mut knobs.time_scale, 0.0..=4.0).text("time scale"));

@@ -1,9 +1,9 @@
 //! What the command line means: one plan, all defaults decided, no file opened yet.
 
-use crate::cli::{Args, BackendWord, TechniqueWord, WeightWord};
+use crate::cli::{Args, BackendWord, WeightWord};
 use crate::{Error, Result};
 use crowd_scene::Layout;
-use crowd_stages::{Technique, Weight};
+use crowd_stages::{DrawOptions, Levels, Technique, Weight};
 use std::path::{Path, PathBuf};
 
 /// Vertices a frame by default on a graphics card, besides the crowd's coarsest levels.
@@ -112,7 +112,9 @@ pub struct DetailPlan {
     /// Weight of an instance.
     pub weight: Weight,
     /// How it is drawn.
-    pub technique: Technique,
+    pub draw: DrawOptions,
+    /// The user named the technique.
+    pub technique_is_given: bool,
 }
 
 /// From where the crowd is seen.
@@ -299,10 +301,11 @@ pub fn plan(args: &Args) -> Result<Plan> {
                 WeightWord::Area => Weight::Area,
                 WeightWord::AreaDistance => Weight::AreaDistance,
             },
-            technique: match args.technique {
-                TechniqueWord::Reform => Technique::Reform,
-                TechniqueWord::PseudoInstancing => Technique::PseudoInstancing,
+            draw: DrawOptions {
+                technique: args.technique.unwrap_or(Technique::Bucketed),
+                levels: if args.snap_levels { Levels::Quantized } else { Levels::Continuous },
             },
+            technique_is_given: args.technique.is_some(),
         },
         camera: camera(args)?,
         machine: MachinePlan { backend: args.backend, adapter: args.adapter.clone(), samples: args.msaa },
@@ -454,7 +457,7 @@ mod tests {
         let plan = planned(&[]).unwrap();
         assert_eq!(plan.show, Show::Window { frames: None });
         assert_eq!(plan.crowd.clips, ClipPlan::Usual);
-        assert_eq!(plan.detail.technique, Technique::Reform);
+        assert_eq!(plan.detail.draw, DrawOptions::from(Technique::Bucketed));
         let named = HeightPlan::Named(vec![("a".into(), 2.0), ("b=c".into(), 0.5)]);
         assert_eq!(planned(&["--height", "a=2,b=c=0.5"]).unwrap().crowd.height, named);
         assert_eq!(planned(&["--height", "1.8"]).unwrap().crowd.height, HeightPlan::All(1.8));

@@ -24,8 +24,10 @@ pub struct Report {
     pub size: [u32; 2],
     /// Samples a pixel.
     pub samples: u32,
-    /// `reform` or `pseudo-instancing`.
+    /// A [`crowd_stages::Technique`] by name.
     pub technique: &'static str,
+    /// `continuous` or `quantized`; without meaning where there is no budget.
+    pub levels: &'static str,
     /// Vertices a frame: N.
     pub budget: u32,
     /// Exponent of the split.
@@ -97,6 +99,8 @@ pub struct Frame {
     pub vertices: u32,
     /// Triangles drawn.
     pub triangles: u32,
+    /// Draws that draw anything.
+    pub draws: u32,
     /// Least budget that draws all visible instances.
     pub min_vertices: u32,
     /// What did not fit: `budget`, `vertices`, `triangles`.
@@ -120,6 +124,7 @@ impl Frame {
             visible: totals.visible_count,
             vertices: totals.vertex_count,
             triangles: totals.triangle_count,
+            draws: totals.draw_count,
             min_vertices: totals.min_vertex_count,
             overflow: overflow_words(totals.overflow),
             needed_vertices: totals.needed_vertices,

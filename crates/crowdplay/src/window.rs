@@ -16,7 +16,7 @@ use crate::surface::Screen;
 use crate::view::{Viewer, frame_config};
 use crate::{Error, Result, Talk};
 use crowd_stages::gpu::CrowdRenderer;
-use crowd_stages::{FrameConfig, FrameTotals, Technique};
+use crowd_stages::{FrameConfig, FrameTotals};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -182,7 +182,8 @@ impl Running {
         let screen = Screen::new(&gpu, surface, window)?;
 
         let on_cpu = plan.machine.backend == BackendWord::Cpu;
-        let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget((!on_cpu).then_some(&gpu), crowd));
+        let detail = backend::settle_technique(&plan.detail, (!on_cpu).then_some(&gpu), talk);
+        let budget = detail.budget.unwrap_or_else(|| backend::usual_budget((!on_cpu).then_some(&gpu), crowd));
         let full = u32::try_from(crowd.summary.vertices_full).unwrap_or(u32::MAX);
         let mut largest_budget = budget.max(full.min(LARGEST_BUDGET));
         let is_software = on_cpu || gpu.is_software();
@@ -195,6 +196,7 @@ impl Running {
             largest_budget = largest_budget.min(options.max_vertices);
             let mut renderer = CrowdRenderer::new(&gpu.device, &gpu.queue, &crowd.data, options)?;
             renderer.set_instances(&gpu.queue, &crowd.instances)?;
+            renderer.prepare(&gpu.device, &gpu.queue, detail.draw.technique)?;
             Painter::Gpu(Box::new(renderer))
         };
         let readings = Readings {
@@ -207,9 +209,9 @@ impl Running {
         let knobs = Knobs {
             budget,
             largest_budget,
-            alpha: plan.detail.alpha,
-            weight: plan.detail.weight,
-            technique: plan.detail.technique,
+            alpha: detail.alpha,
+            weight: detail.weight,
+            draw: detail.draw,
             paused: false,
             time_scale: 1.0,
             visible: true,
@@ -343,15 +345,15 @@ impl Running {
     }
 
     fn detail(&self) -> DetailPlan {
-        let Knobs { budget, alpha, weight, technique, .. } = self.knobs;
-        DetailPlan { budget: Some(budget), alpha, weight, technique }
+        let Knobs { budget, alpha, weight, draw, .. } = self.knobs;
+        DetailPlan { budget: Some(budget), alpha, weight, draw, technique_is_given: true }
     }
 
     fn draw(&mut self, crowd: &Crowd, config: &FrameConfig) -> Result<()> {
         let Self { screen, gpu, painter, knobs, readings, control, .. } = self;
         if let Painter::Cpu(cpu, image) = painter {
             cpu.resize(screen.size());
-            readings.totals = cpu.draw(crowd, config, knobs.technique);
+            readings.totals = cpu.draw(crowd, config, knobs.draw);
             readings.stages_ms = cpu.timings_ms();
             show_image(&screen.egui, image, &cpu.picture());
         }
@@ -367,8 +369,8 @@ impl Running {
         let size = screen.size();
         let drawn = screen.present(gpu, output, |encoder, view| {
             if let Painter::Gpu(renderer) = painter {
-                let technique = knobs.technique;
-                renderer.encode(&gpu.device, &gpu.queue, encoder, view, (size[0], size[1]), config, technique)?;
+                let size = (size[0], size[1]);
+                renderer.encode(&gpu.device, &gpu.queue, encoder, view, size, config, knobs.draw)?;
             }
             Ok(())
         })?;
@@ -377,6 +379,7 @@ impl Running {
         {
             readings.totals = renderer.totals(&gpu.device, false).unwrap_or(readings.totals);
             readings.stages_ms = renderer.timings_ms();
+            readings.gpu_bytes = renderer.gpu_bytes();
         }
         Ok(())
     }
@@ -398,15 +401,14 @@ impl Running {
         match painter {
             Painter::Cpu(cpu, _) => {
                 cpu.resize(screen.size());
-                let _: FrameTotals = cpu.draw(crowd, config, knobs.technique);
+                let _: FrameTotals = cpu.draw(crowd, config, knobs.draw);
                 Ok(cpu.picture())
             }
             Painter::Gpu(renderer) => {
                 let canvas = Canvas::new(&gpu.device, screen.size(), screen.scene_format())?;
                 let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 let size = (canvas.size[0], canvas.size[1]);
-                let technique: Technique = knobs.technique;
-                renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, technique)?;
+                renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, knobs.draw)?;
                 gpu.queue.submit([encoder.finish()]);
                 canvas.read(&gpu.device, &gpu.queue)
             }

@@ -1,10 +1,11 @@
 //! The budget is hard: shrink what was wanted until it fits, then look up the levels.
 
 use crate::{CrowdData, FrameConfig, InstanceRecord, LodChoice, WeightSums};
+use crowd_pack::LodRecord;
 
 /// Turns wanted vertex counts into levels that add up to at most the budget.
 ///
-/// `wanted`: one per instance, 0 when culled. When the sum exceeds N, every instance gives up the same share of what it has
+/// `lods`: the LOD tables, the data's or those of quantised levels only. `wanted`: one per instance, 0 when culled. When the sum exceeds N, every instance gives up the same share of what it has
 /// above its coarsest level: `k' = min + floor((k - min) * (N - sum of min) / (sum of k - sum of min))`. When the coarsest
 /// levels alone exceed N, everyone keeps just that ([`crate::overflow::BUDGET`] is set by `write_draw_args`). The level is
 /// looked up in the character's LOD table, which never gives more than `k'`. Completes `sums`; returns one choice per instance.
@@ -16,6 +17,7 @@ use crate::{CrowdData, FrameConfig, InstanceRecord, LodChoice, WeightSums};
 /// Twin: `shaders/stages/fit_budget.wgsl`. Equal.
 pub fn fit_budget(
     data: &CrowdData,
+    lods: &[LodRecord],
     instances: &[InstanceRecord],
     wanted: &[u32],
     sums: &mut WeightSums,
@@ -40,7 +42,7 @@ pub fn fit_budget(
             0 => *wanted,
             _ => least + ((u64::from(wanted - least) * u64::from(sums.share)) >> 32) as u32,
         };
-        let level = data.lods[character.lod_offset as usize + k as usize];
+        let level = lods[character.lod_offset as usize + k as usize];
         LodChoice { vertex_count: level.vertex_count, triangle_count: level.triangle_count }
     };
     instances.iter().zip(wanted).map(choose).collect()

@@ -4,25 +4,34 @@
 
 mod cull_instances;
 mod fit_budget;
+mod key_instances;
 mod place_vertices;
 mod pose_instance;
 mod reform_triangles;
 mod scan_counts;
 mod select_lod;
+mod sort_instances;
 mod sum_weights;
+mod write_bucket_args;
 mod write_draw_args;
 
 pub use cull_instances::{FLOAT_BOUND, PLANE_BOUND_M, cull_instances, world_sphere};
 pub use fit_budget::fit_budget;
+pub use key_instances::{key_full_detail, key_instances};
 pub use place_vertices::place_vertices;
 pub use pose_instance::{FramePair, PosedInstance, frame_pair, pose_instance};
 pub use reform_triangles::{reform_level, reform_triangles};
 pub use scan_counts::scan_counts;
 pub use select_lod::{QUOTIENT_BOUND, select_lod};
+pub use sort_instances::sort_instances;
 pub use sum_weights::sum_weights;
+pub use write_bucket_args::write_bucket_args;
 pub use write_draw_args::write_draw_args;
 
-use crate::{Capacities, CrowdData, DrawArgs, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice};
+use crate::{
+    Capacities, CrowdData, DrawArgs, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, overflow,
+};
+use crowd_pack::{CharacterRecord, LodRecord};
 use glam::Vec3;
 
 /// Everything one frame's stages produce.
@@ -47,13 +56,19 @@ pub struct CpuBuffers {
     pub draw_args: DrawArgs,
 }
 
-/// Runs cull, weigh, select and fit for all instances: what to draw, at which level.
+/// Runs cull, weigh, select and fit for all instances: what to draw, at which level of `lods` (the data's, or those of
+/// [`crate::Buckets::quantized_lods`]).
 ///
 /// `config.instance_count` is ignored; `instances` says it. No buffer can overflow here, so the only bit in the totals is
 /// [`crate::overflow::BUDGET`]. About 3 ms for 30,000 instances on one core.
-pub fn run_selection(data: &CrowdData, instances: &[InstanceRecord], config: &FrameConfig) -> CpuFrame {
+pub fn run_selection(
+    data: &CrowdData,
+    lods: &[LodRecord],
+    instances: &[InstanceRecord],
+    config: &FrameConfig,
+) -> CpuFrame {
     let unlimited = Capacities { vertex_count: u32::MAX, triangle_count: u32::MAX, ..Default::default() };
-    let (choices, bases, end, sums) = select(data, instances, config);
+    let (choices, bases, end, sums) = select(data, lods, instances, config);
     let (_, totals) = write_draw_args(&choices, &bases, end, &sums, &unlimited, config);
     CpuFrame { choices, totals }
 }
@@ -65,7 +80,7 @@ pub fn run_frame(
     config: &FrameConfig,
     capacities: &Capacities,
 ) -> (CpuFrame, CpuBuffers) {
-    let (choices, bases, end, sums) = select(data, instances, config);
+    let (choices, bases, end, sums) = select(data, &data.lods, instances, config);
     let slot_instances = place_vertices(&choices, &bases, capacities);
     let indices = reform_triangles(data, instances, &choices, &bases, capacities);
     let (draw_args, totals) = write_draw_args(&choices, &bases, end, &sums, capacities, config);
@@ -74,15 +89,34 @@ pub fn run_frame(
 
 fn select(
     data: &CrowdData,
+    lods: &[LodRecord],
     instances: &[InstanceRecord],
     config: &FrameConfig,
 ) -> (Vec<LodChoice>, Vec<InstanceBase>, InstanceBase, crate::WeightSums) {
     let culled = cull_instances(data, instances, config);
     let mut sums = sum_weights(data, instances, &culled);
     let wanted = select_lod(data, instances, &culled, &sums, config);
-    let choices = fit_budget(data, instances, &wanted, &mut sums, config);
+    let choices = fit_budget(data, lods, instances, &wanted, &mut sums, config);
     let (bases, end) = scan_counts(&choices);
     (choices, bases, end, sums)
+}
+
+/// Every instance at full detail, nothing culled: what [`crate::Technique::PseudoInstancing`] draws.
+pub fn select_full_detail(data: &CrowdData, instances: &[InstanceRecord], config: &FrameConfig) -> CpuFrame {
+    let mut totals = FrameTotals { visible_count: instances.len() as u32, ..Default::default() };
+    let mut choices = Vec::with_capacity(instances.len());
+    for one in instances {
+        let CharacterRecord { vertex_count, triangle_count, min_vertex_count, .. } =
+            data.characters[one.character as usize];
+        choices.push(LodChoice { vertex_count, triangle_count });
+        totals.vertex_count = totals.vertex_count.saturating_add(vertex_count);
+        totals.triangle_count = totals.triangle_count.saturating_add(triangle_count);
+        totals.min_vertex_count = totals.min_vertex_count.saturating_add(min_vertex_count);
+    }
+    (totals.needed_vertices, totals.needed_triangles) = (totals.vertex_count, totals.triangle_count);
+    totals.overflow = if totals.min_vertex_count > config.budget { overflow::BUDGET } else { 0 };
+    totals.draw_count = instances.len() as u32;
+    CpuFrame { choices, totals }
 }
 
 /// Whether an instance's part ends inside both buffers. Ends never decrease, so the kept instances are the first ones.

@@ -1,6 +1,7 @@
 //! The triangles of each instance at its level.
 
 use super::is_kept;
+use crate::buckets::from_least;
 use crate::{Capacities, CrowdData, InstanceBase, InstanceRecord, LodChoice};
 use crowd_pack::CharacterRecord;
 
@@ -34,14 +35,15 @@ pub fn reform_triangles(
     indices
 }
 
-/// The triangles of one level, indices local to the character and below the level's vertex count.
+/// The triangles of one level, indices local to the character and below the level's vertex count, the least of each first (as
+/// in [`crate::Buckets`], so that the same triangles give the same pixels).
 pub fn reform_level(data: &CrowdData, character: &CharacterRecord, choice: LodChoice) -> Vec<[u32; 3]> {
     let first = character.triangle_offset as usize;
     let vertices = character.vertex_offset as usize..(character.vertex_offset + character.vertex_count) as usize;
     let collapse_map = &data.collapse_map[vertices];
     data.triangles[first..first + choice.triangle_count as usize]
         .iter()
-        .map(|triangle| triangle.map(|v| surviving(collapse_map, v, choice.vertex_count)))
+        .map(|triangle| from_least(triangle.map(|v| surviving(collapse_map, v, choice.vertex_count))))
         .collect()
 }
 

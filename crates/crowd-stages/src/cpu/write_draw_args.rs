@@ -40,7 +40,7 @@ pub fn write_draw_args(
             | bit(end.triangle_base > capacities.triangle_count, overflow::TRIANGLES),
         needed_vertices: end.vertex_base,
         needed_triangles: end.triangle_base,
-        reserved: 0,
+        draw_count: u32::from(drawn.triangle_base > 0),
     };
     (args, totals)
 }

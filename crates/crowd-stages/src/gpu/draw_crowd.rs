@@ -24,13 +24,13 @@ pub fn crowd_source() -> String {
     [RECORDS, PLACE, SKIN, LIGHT, CROWD].concat()
 }
 
-/// Pipelines and bind groups of the draw.
+/// What every technique draws with: targets, backdrop, the crowd's shader and its layout.
 pub(crate) struct DrawCrowd {
+    device: wgpu::Device,
     backdrop: wgpu::RenderPipeline,
-    reformed: wgpu::RenderPipeline,
-    full_detail: wgpu::RenderPipeline,
     backdrop_bound: wgpu::BindGroup,
-    crowd_bound: wgpu::BindGroup,
+    crowd_module: wgpu::ShaderModule,
+    layouts: Layouts,
     color_format: wgpu::TextureFormat,
     sample_count: u32,
     targets: Option<Targets>,
@@ -43,18 +43,9 @@ struct Targets {
     multisampled: Option<wgpu::TextureView>,
 }
 
-/// What to draw after the backdrop.
-pub(crate) enum Drawing<'a> {
-    /// One indirect draw of the frame's index buffer.
-    Reformed,
-    /// One draw an instance: index ranges of the static index buffer.
-    FullDetail(&'a [std::ops::Range<u32>]),
-}
-
 impl DrawCrowd {
     pub(crate) fn new(
         device: &wgpu::Device,
-        crowd: &CrowdBuffers,
         frame: &FrameBuffers,
         color_format: wgpu::TextureFormat,
         sample_count: u32,
@@ -62,35 +53,43 @@ impl DrawCrowd {
         let layouts = Layouts::new(device);
         let shape = Shape { device, color_format, sample_count };
         let backdrop = shape.module("backdrop", backdrop_source());
-        let crowd_module = shape.module("crowd", crowd_source());
         Self {
+            device: device.clone(),
             backdrop: shape.pipeline(&layouts.backdrop, &backdrop, "cover", "backdrop", wgpu::CompareFunction::Always),
-            reformed: shape.pipeline(&layouts.crowd, &crowd_module, "reformed", "shade", wgpu::CompareFunction::Less),
-            full_detail: shape.pipeline(
-                &layouts.crowd,
-                &crowd_module,
-                "full_detail",
-                "shade",
-                wgpu::CompareFunction::Less,
-            ),
             backdrop_bound: bind_backdrop(device, &layouts.backdrop, frame),
-            crowd_bound: bind_crowd(device, &layouts.crowd, crowd, frame),
+            crowd_module: shape.module("crowd", crowd_source()),
+            layouts,
             color_format,
             sample_count,
             targets: None,
         }
     }
 
-    /// Records the pass into a `color` of the size that [`Self::fit_targets`] was given last. `stamps`: query set and numbers of the stamps at its start and end.
-    pub(crate) fn record(
+    /// A pipeline of the crowd's shader with that vertex entry point.
+    pub(crate) fn pipeline(&self, vertex: &str) -> wgpu::RenderPipeline {
+        let shape = Shape { device: &self.device, color_format: self.color_format, sample_count: self.sample_count };
+        shape.pipeline(&self.layouts.crowd, &self.crowd_module, vertex, "shade", wgpu::CompareFunction::Less)
+    }
+
+    /// The crowd's bind group with a technique's own list of owners and their bases.
+    pub(crate) fn bind(
         &self,
-        encoder: &mut wgpu::CommandEncoder,
-        color: &wgpu::TextureView,
         crowd: &CrowdBuffers,
         frame: &FrameBuffers,
-        drawing: Drawing<'_>,
-        stamps: Option<(&wgpu::QuerySet, u32, u32)>,
-    ) {
+        slot_instances: &wgpu::Buffer,
+        bases: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        bind_crowd(&self.device, &self.layouts.crowd, crowd, frame, slot_instances, bases)
+    }
+
+    /// Begins the pass into a `color` of the size that [`Self::fit_targets`] was given last, and draws the backdrop.
+    /// `stamps`: query set and numbers of the stamps at its start and end.
+    pub(crate) fn begin<'e>(
+        &self,
+        encoder: &'e mut wgpu::CommandEncoder,
+        color: &wgpu::TextureView,
+        stamps: Option<(wgpu::QuerySet, u32, u32)>,
+    ) -> wgpu::RenderPass<'e> {
         let targets = self.targets.as_ref().expect("fit_targets comes first");
         let (view, resolve_target, store) = match &targets.multisampled {
             Some(view) => (view, Some(color), wgpu::StoreOp::Discard),
@@ -109,32 +108,17 @@ impl DrawCrowd {
                 depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
                 stencil_ops: None,
             }),
-            timestamp_writes: stamps.map(|(query_set, start, end)| wgpu::RenderPassTimestampWrites {
+            timestamp_writes: stamps.as_ref().map(|(query_set, start, end)| wgpu::RenderPassTimestampWrites {
                 query_set,
-                beginning_of_pass_write_index: Some(start),
-                end_of_pass_write_index: Some(end),
+                beginning_of_pass_write_index: Some(*start),
+                end_of_pass_write_index: Some(*end),
             }),
             ..Default::default()
         });
         pass.set_pipeline(&self.backdrop);
         pass.set_bind_group(0, &self.backdrop_bound, &[]);
         pass.draw(0..3, 0..1);
-
-        pass.set_bind_group(0, &self.crowd_bound, &[]);
-        match drawing {
-            Drawing::Reformed => {
-                pass.set_pipeline(&self.reformed);
-                pass.set_index_buffer(frame.indices.slice(..), wgpu::IndexFormat::Uint32);
-                pass.draw_indexed_indirect(&frame.draw_args, 0);
-            }
-            Drawing::FullDetail(ranges) => {
-                pass.set_pipeline(&self.full_detail);
-                pass.set_index_buffer(crowd.triangles.slice(..), wgpu::IndexFormat::Uint32);
-                for (i, range) in ranges.iter().enumerate() {
-                    pass.draw_indexed(range.clone(), 0, i as u32..i as u32 + 1);
-                }
-            }
-        }
+        pass
     }
 
     /// Makes the textures of the picture's size, unless they are there.
@@ -244,6 +228,8 @@ fn bind_crowd(
     layout: &wgpu::BindGroupLayout,
     crowd: &CrowdBuffers,
     frame: &FrameBuffers,
+    slot_instances: &wgpu::Buffer,
+    bases: &wgpu::Buffer,
 ) -> wgpu::BindGroup {
     let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("layers"),
@@ -261,8 +247,8 @@ fn bind_crowd(
         &crowd.characters,
         &crowd.clips,
         &crowd.vertices,
-        &frame.slot_instances,
-        &frame.bases,
+        slot_instances,
+        bases,
         &crowd.materials,
     ];
     let mut entries: Vec<_> = buffers

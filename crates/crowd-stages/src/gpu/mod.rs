@@ -5,10 +5,12 @@
 //! so the same input gives the same buffers.
 
 mod allocate;
+mod bucket_draws;
 mod cull_instances;
 mod draw_crowd;
 mod fit_budget;
 mod kernel;
+mod key_instances;
 mod open_device;
 mod place_vertices;
 mod read_back;
@@ -16,20 +18,29 @@ mod reform_triangles;
 mod renderer;
 mod scan_counts;
 mod select_lod;
+mod selection;
+mod sort_instances;
+mod stage_recorder;
 mod sum_weights;
+mod techniques;
 mod upload;
+mod write_bucket_args;
 mod write_draw_args;
 
 pub use allocate::{buffer_or_error, texture_or_error};
 pub use cull_instances::CullInstances;
 pub use draw_crowd::{backdrop_source, crowd_source};
 pub use fit_budget::FitBudget;
+pub use key_instances::KeyInstances;
 pub use open_device::{open_device, wanted_features, wanted_limits};
 pub use place_vertices::PlaceVertices;
 pub use reform_triangles::ReformTriangles;
 pub use renderer::{CrowdRenderer, RendererOptions, STAGES};
 pub use scan_counts::ScanCounts;
 pub use select_lod::SelectLod;
+pub use sort_instances::SortInstances;
 pub use sum_weights::SumWeights;
+pub use techniques::supports;
 pub use upload::{ANIMATION_HEIGHT, ANIMATION_WIDTH};
+pub use write_bucket_args::WriteBucketArgs;
 pub use write_draw_args::WriteDrawArgs;

@@ -32,9 +32,11 @@ pub fn open_device() -> Result<(wgpu::Device, wgpu::Queue, wgpu::AdapterInfo)> {
     Ok((device, queue, adapter.get_info()))
 }
 
-/// What the renderer uses where it is there; nothing of it is needed.
+/// What the renderer uses where it is there. The bucketed technique needs `INDIRECT_FIRST_INSTANCE`, nothing needs the others.
 pub fn wanted_features() -> wgpu::Features {
     wgpu::Features::TIMESTAMP_QUERY
+        | wgpu::Features::INDIRECT_FIRST_INSTANCE
+        | wgpu::Features::MULTI_DRAW_INDIRECT_COUNT
 }
 
 /// wgpu's default limits with the adapter's sizes: eight storage buffers a stage are enough, 128 MiB a buffer may not be.

@@ -1,22 +1,20 @@
-//! The renderer: the stages in the paper's order, then the draw, recorded into an engine's encoder.
+//! The renderer: the shared selection, what the technique adds, then the draw, recorded into an engine's encoder.
 
-use super::draw_crowd::{DrawCrowd, Drawing};
+use super::draw_crowd::DrawCrowd;
 use super::read_back::{ReadBack, StageClock};
+use super::selection::Selection;
+use super::stage_recorder::StageRecorder;
+use super::techniques::{self, FrameContext, Painter, Workshop};
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
-use super::{
-    CullInstances, FitBudget, PlaceVertices, ReformTriangles, ScanCounts, SelectLod, SumWeights, WriteDrawArgs,
-};
 use crate::data::check_instances;
-use crate::{
-    Capacities, CrowdData, DrawConfig, Error, FrameConfig, FrameTotals, InstanceRecord, Result, Technique, overflow,
-};
+use crate::{CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceRecord, Result, Technique};
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
-use std::ops::Range;
 use std::time::{Duration, Instant};
 
-/// Names of the stages in their order, as in [`CrowdRenderer::timings_ms`]; the draw follows as `draw`.
-pub const STAGES: [&str; 8] = [
+/// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
+/// The draw is called `draw`.
+pub const STAGES: [&str; 11] = [
     "cull_instances",
     "sum_weights",
     "select_lod",
@@ -25,6 +23,9 @@ pub const STAGES: [&str; 8] = [
     "place_vertices",
     "reform_triangles",
     "write_draw_args",
+    "key_instances",
+    "sort_instances",
+    "write_bucket_args",
 ];
 
 /// Sizes and formats fixed for a renderer's life.
@@ -52,31 +53,31 @@ impl RendererOptions {
     }
 }
 
-/// GPU buffers, textures and pipelines of one crowd.
+/// GPU buffers, textures and pipelines of one crowd; draws with any technique, each set up when it is first asked for.
 pub struct CrowdRenderer {
     crowd: CrowdBuffers,
     frame: FrameBuffers,
-    stages: Stages,
+    selection: Selection,
     draw: DrawCrowd,
+    painters: [Option<Box<dyn Painter>>; Technique::ALL.len()],
     clock: Option<StageClock>,
     read_back: ReadBack,
+    options: RendererOptions,
     characters: Vec<CharacterRecord>,
-    /// Of each instance's character at full detail, in the static index buffer.
-    index_ranges: Vec<Range<u32>>,
+    /// Character of each instance.
+    instance_characters: Vec<u32>,
     /// What drawing all instances at full detail comes to.
     full_detail_totals: FrameTotals,
-    instance_count: u32,
-    max_instances: u32,
     layer_side: u32,
     buffer_bytes: u64,
 }
 
 impl CrowdRenderer {
-    /// Uploads the data and builds the pipelines.
+    /// Uploads the data and compiles the shared stages.
     ///
     /// # Errors
-    /// [`Error::Limit`] when a buffer or texture is larger than the device allows; nothing is clamped silently, see
-    /// [`RendererOptions::clamped_to`].
+    /// [`Error::Limit`] when a buffer or texture is larger than the device allows; nothing is clamped silently.
+    /// [`Error::Tables`] when a character has no levels with index tables.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, data: &CrowdData, options: RendererOptions) -> Result<Self> {
         if !matches!(options.sample_count, 1 | 4) {
             return Err(Error::Limit {
@@ -88,27 +89,40 @@ impl CrowdRenderer {
         }
         let mut up = Uploader { device, queue, bytes: 0 };
         let crowd = CrowdBuffers::new(&mut up, data)?;
-        let capacities = Capacities {
-            vertex_count: options.max_vertices,
-            triangle_count: options.max_triangles,
-            ..Default::default()
-        };
-        let frame = FrameBuffers::new(&mut up, options.max_instances, capacities)?;
+        let frame = FrameBuffers::new(&mut up, options.max_instances)?;
         Ok(Self {
-            stages: Stages::new(device, &crowd, &frame),
-            draw: DrawCrowd::new(device, &crowd, &frame, options.color_format, options.sample_count),
+            selection: Selection::new(device, &crowd, &frame),
+            draw: DrawCrowd::new(device, &frame, options.color_format, options.sample_count),
+            painters: Default::default(),
             clock: StageClock::new(device, queue, STAGES.len() as u32 + 1),
             read_back: ReadBack::default(),
+            options,
             characters: data.characters.clone(),
-            index_ranges: Vec::new(),
+            instance_characters: Vec::new(),
             full_detail_totals: FrameTotals::default(),
-            instance_count: 0,
-            max_instances: options.max_instances,
             layer_side: data.layer_side.max(1),
             buffer_bytes: up.bytes,
             crowd,
             frame,
         })
+    }
+
+    /// Sets a technique up, unless it is: its buffers and pipelines. [`Self::encode`] does so itself; beforehand it shows
+    /// early what does not fit.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] when one of its buffers is larger than the device allows (see [`RendererOptions::clamped_to`]),
+    /// [`Error::Feature`] when the device lacks what it needs.
+    pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, technique: Technique) -> Result<()> {
+        if self.painters[technique.number()].is_some() {
+            return Ok(());
+        }
+        let mut up = Uploader { device, queue, bytes: 0 };
+        let Self { crowd, frame, draw, options, .. } = &*self;
+        let painter = techniques::set_up(technique, Workshop { up: &mut up, crowd, frame, draw, options })?;
+        self.painters[technique.number()] = Some(painter);
+        self.buffer_bytes += up.bytes;
+        Ok(())
     }
 
     /// Replaces the instances.
@@ -117,28 +131,27 @@ impl CrowdRenderer {
     /// [`Error::Limit`] when there are more than `max_instances`, [`Error::Instance`] when one names a character or clip
     /// that is not there, [`Error::NotFinite`] when one has a number that is not finite. The instances stay as they were.
     pub fn set_instances(&mut self, queue: &wgpu::Queue, instances: &[InstanceRecord]) -> Result<()> {
-        if instances.len() as u64 > u64::from(self.max_instances) {
+        if instances.len() as u64 > u64::from(self.options.max_instances) {
             return Err(Error::Limit {
                 what: "instances",
                 needed: instances.len() as u64,
-                allowed: self.max_instances.into(),
+                allowed: self.options.max_instances.into(),
                 remedy: "make the renderer with a larger max_instances",
             });
         }
         check_instances(&self.characters, instances)?;
         queue.write_buffer(&self.frame.instances, 0, bytemuck::cast_slice(instances));
-        self.instance_count = instances.len() as u32;
+        self.instance_characters = instances.iter().map(|instance| instance.character).collect();
         let characters = || instances.iter().map(|instance| &self.characters[instance.character as usize]);
-        self.index_ranges =
-            characters().map(|c| c.triangle_offset * 3..(c.triangle_offset + c.triangle_count) * 3).collect();
         let sum = |count: fn(&CharacterRecord) -> u32| characters().fold(0u32, |sum, c| sum.saturating_add(count(c)));
         self.full_detail_totals = FrameTotals {
-            visible_count: self.instance_count,
+            visible_count: instances.len() as u32,
             vertex_count: sum(|c| c.vertex_count),
             triangle_count: sum(|c| c.triangle_count),
             min_vertex_count: sum(|c| c.min_vertex_count),
             needed_vertices: sum(|c| c.vertex_count),
             needed_triangles: sum(|c| c.triangle_count),
+            draw_count: instances.len() as u32,
             ..Default::default()
         };
         Ok(())
@@ -147,11 +160,12 @@ impl CrowdRenderer {
     /// Records one frame: stages, then sky, ground and the crowd into `color` (a view of `color_format`; resolved
     /// from the renderer's own multisampled texture when `sample_count` is 4). Depth is the renderer's own.
     ///
-    /// `config.instance_count` is ignored. Uniforms are written through the queue, so submit each frame before recording
-    /// the next.
+    /// `options`: a [`Technique`], or [`DrawOptions`] with its switches. `config.instance_count` is ignored. Uniforms are
+    /// written through the queue, so submit each frame before recording the next.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] when the depth and multisampled textures of a new `size` do not fit; drop the encoder then.
+    /// Those of [`Self::prepare`]; [`Error::OutOfMemory`] when the depth and multisampled textures of a new `size` do not
+    /// fit. Drop the encoder then.
     pub fn encode(
         &mut self,
         device: &wgpu::Device,
@@ -160,37 +174,36 @@ impl CrowdRenderer {
         color: &wgpu::TextureView,
         size: (u32, u32),
         config: &FrameConfig,
-        technique: Technique,
+        options: impl Into<DrawOptions>,
     ) -> Result<()> {
+        let options = options.into();
+        self.prepare(device, queue, options.technique)?;
         self.draw.fit_targets(device, size)?;
-        let config = FrameConfig { instance_count: self.instance_count, ..*config };
+        let config = FrameConfig { instance_count: self.instance_characters.len() as u32, ..*config };
         let clip_from_world = Mat4::from_cols_array_2d(&config.clip_from_world);
         let draw_config = DrawConfig::new(&clip_from_world, size.0, size.1, self.layer_side);
         queue.write_buffer(&self.frame.config, 0, bytemuck::bytes_of(&config));
         queue.write_buffer(&self.frame.draw_config, 0, bytemuck::bytes_of(&draw_config));
 
-        let mut names: Vec<&'static str> = Vec::new();
-        let clock = self.clock.as_ref().map(|clock| &clock.queries);
-        let (drawing, known_totals) = match technique {
-            Technique::Reform => {
-                self.stages.record(encoder, self.instance_count, clock);
-                names.extend(STAGES);
-                (Drawing::Reformed, None)
-            }
-            Technique::PseudoInstancing => (Drawing::FullDetail(&self.index_ranges), Some(self.known_totals(&config))),
+        let painter = self.painters[options.technique.number()].as_ref().expect("prepared above");
+        let context = FrameContext {
+            crowd: &self.crowd,
+            selection: &self.selection,
+            config: &config,
+            options,
+            characters: &self.instance_characters,
+            full_detail_totals: &self.full_detail_totals,
         };
-        let first = names.len() as u32;
-        names.push("draw");
-        let stamps = clock.map(|queries| (queries, first, first + 1));
-        self.draw.record(encoder, color, &self.crowd, &self.frame, drawing, stamps);
-        self.read_back.record(device, encoder, &self.frame.totals, known_totals, self.clock.as_ref(), names);
+        let clock = self.clock.as_ref();
+        let mut recorder = StageRecorder::new(encoder, clock.map(|clock| clock.queries.clone()));
+        painter.record_stages(&mut recorder, &context);
+        let (stamps, names) = recorder.finish("draw");
+        let mut pass = self.draw.begin(encoder, color, stamps);
+        painter.draw(&mut pass, &context);
+        drop(pass);
+        let known_totals = painter.known_totals(&context);
+        self.read_back.record(device, encoder, &self.frame.totals, known_totals, clock, names);
         Ok(())
-    }
-
-    fn known_totals(&self, config: &FrameConfig) -> FrameTotals {
-        let totals = self.full_detail_totals;
-        let exceeds = totals.min_vertex_count > config.budget;
-        FrameTotals { overflow: if exceeds { overflow::BUDGET } else { 0 }, ..totals }
     }
 
     /// Totals of the newest finished frame, without waiting (`wait`: until the last submitted one is done).
@@ -220,97 +233,14 @@ impl CrowdRenderer {
         self.buffer_bytes + self.draw.target_bytes()
     }
 
-    /// The buffers the stages wrote, for tests: choices, bases, vertex list, indices, draw arguments. All can be copied from.
-    pub fn frame_buffers(&self) -> [&wgpu::Buffer; 5] {
-        let frame = &self.frame;
-        [&frame.choices, &frame.bases, &frame.slot_instances, &frame.indices, &frame.draw_args]
-    }
-}
-
-/// The stages with their buffers bound.
-struct Stages {
-    cull_instances: (CullInstances, wgpu::BindGroup),
-    sum_weights: (SumWeights, wgpu::BindGroup),
-    select_lod: (SelectLod, wgpu::BindGroup),
-    fit_budget: (FitBudget, wgpu::BindGroup),
-    scan_counts: (ScanCounts, wgpu::BindGroup),
-    place_vertices: (PlaceVertices, wgpu::BindGroup),
-    reform_triangles: (ReformTriangles, wgpu::BindGroup),
-    write_draw_args: (WriteDrawArgs, wgpu::BindGroup),
-}
-
-impl Stages {
-    fn new(device: &wgpu::Device, c: &CrowdBuffers, f: &FrameBuffers) -> Self {
-        let cull = CullInstances::new(device);
-        let sum = SumWeights::new(device);
-        let select = SelectLod::new(device);
-        let fit = FitBudget::new(device);
-        let scan = ScanCounts::new(device);
-        let place = PlaceVertices::new(device);
-        let reform = ReformTriangles::new(device);
-        let write = WriteDrawArgs::new(device);
-        let (config, capacities) = (&f.config, &f.capacities);
-
-        let cull_bound = cull.bind(device, config, &f.instances, &c.characters, &c.clips, &f.culled);
-        let sum_bound = sum.bind(device, config, &f.instances, &c.characters, &f.culled, &f.block_sums, &f.sums);
-        let select_bound = select.bind(device, config, &f.instances, &c.characters, &f.culled, &f.sums, &f.wanted);
-        let fit_bound = fit.bind(
-            device,
-            config,
-            &f.instances,
-            &c.characters,
-            &c.lods,
-            &f.wanted,
-            &f.block_wanted,
-            &f.sums,
-            &f.choices,
-        );
-        let scan_bound = scan.bind(device, config, &f.choices, &f.block_totals, &f.bases, &f.counts);
-        let place_bound = place.bind(device, config, capacities, &f.choices, &f.bases, &f.slot_instances);
-        let reform_bound = reform.bind(
-            device,
-            config,
-            capacities,
-            &f.instances,
-            &c.characters,
-            &c.triangles,
-            &c.collapse_map,
-            &f.choices,
-            &f.bases,
-            &f.indices,
-        );
-        let write_bound =
-            write.bind(device, config, capacities, &f.sums, &f.choices, &f.bases, &f.counts, &f.draw_args, &f.totals);
-        Self {
-            cull_instances: (cull, cull_bound),
-            sum_weights: (sum, sum_bound),
-            select_lod: (select, select_bound),
-            fit_budget: (fit, fit_bound),
-            scan_counts: (scan, scan_bound),
-            place_vertices: (place, place_bound),
-            reform_triangles: (reform, reform_bound),
-            write_draw_args: (write, write_bound),
+    /// A buffer that the stages wrote, for tests, by its name in the shaders; `None` where a technique has none of that
+    /// name or is not set up. All can be copied from.
+    pub fn buffer(&self, technique: Technique, name: &str) -> Option<&wgpu::Buffer> {
+        match name {
+            "choices" => Some(&self.frame.choices),
+            "culled" => Some(&self.frame.culled),
+            "sums" => Some(&self.frame.sums),
+            _ => self.painters[technique.number()].as_ref()?.buffer(name),
         }
-    }
-
-    /// One pass a stage, each with a time stamp at its start.
-    fn record(&self, encoder: &mut wgpu::CommandEncoder, count: u32, clock: Option<&wgpu::QuerySet>) {
-        let mut stage = |number: usize, dispatch: &dyn Fn(&mut wgpu::ComputePass<'_>)| {
-            let timestamp_writes = clock.map(|query_set| wgpu::ComputePassTimestampWrites {
-                query_set,
-                beginning_of_pass_write_index: Some(number as u32),
-                end_of_pass_write_index: None,
-            });
-            let label = Some(STAGES[number]);
-            dispatch(&mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label, timestamp_writes }));
-        };
-        stage(0, &|pass| self.cull_instances.0.record(pass, &self.cull_instances.1, count));
-        stage(1, &|pass| self.sum_weights.0.record(pass, &self.sum_weights.1, count));
-        stage(2, &|pass| self.select_lod.0.record(pass, &self.select_lod.1, count));
-        stage(3, &|pass| self.fit_budget.0.record(pass, &self.fit_budget.1, count));
-        stage(4, &|pass| self.scan_counts.0.record(pass, &self.scan_counts.1, count));
-        stage(5, &|pass| self.place_vertices.0.record(pass, &self.place_vertices.1, count));
-        stage(6, &|pass| self.reform_triangles.0.record(pass, &self.reform_triangles.1, count));
-        stage(7, &|pass| self.write_draw_args.0.record(pass, &self.write_draw_args.1));
     }
 }

@@ -3,10 +3,11 @@
 use super::allocate::{buffer_or_error, texture_or_error};
 use crate::dispatch::BLOCK_SIZE;
 use crate::{
-    Capacities, CrowdData, CullRecord, DrawArgs, DrawConfig, Error, FrameConfig, FrameTotals, InstanceBase,
+    BucketCounts, Buckets, CrowdData, CullRecord, DrawConfig, Error, FrameConfig, FrameTotals, InstanceBase,
     InstanceRecord, LodChoice, Result, WeightSums,
 };
 use std::mem::size_of;
+use std::ops::Range;
 use wgpu::BufferUsages as Usage;
 
 /// Width of the animation texture's layers, texels; `shaders/shared/skin.wgsl` has the same.
@@ -23,7 +24,7 @@ pub(crate) struct Uploader<'a> {
 
 impl Uploader<'_> {
     /// A buffer with contents; never empty, so that it can be bound.
-    fn filled<T: bytemuck::NoUninit>(
+    pub(crate) fn filled<T: bytemuck::NoUninit>(
         &mut self,
         what: &'static str,
         contents: &[T],
@@ -195,6 +196,9 @@ pub(crate) struct CrowdBuffers {
     pub(crate) triangles: wgpu::Buffer,
     pub(crate) collapse_map: wgpu::Buffer,
     pub(crate) lods: wgpu::Buffer,
+    /// The same of quantised levels only.
+    pub(crate) quantized_lods: wgpu::Buffer,
+    pub(crate) tables: LevelTables,
     pub(crate) clips: wgpu::Buffer,
     pub(crate) materials: wgpu::Buffer,
     pub(crate) animation: wgpu::TextureView,
@@ -204,12 +208,16 @@ pub(crate) struct CrowdBuffers {
 impl CrowdBuffers {
     pub(crate) fn new(up: &mut Uploader<'_>, data: &CrowdData) -> Result<Self> {
         let fewer = "put fewer characters into one pack";
+        let buckets = Buckets::of(data)?;
+        let quantized_lods = buckets.quantized_lods(data);
         Ok(Self {
             characters: up.filled("characters", &data.characters, Usage::STORAGE, fewer)?,
             vertices: up.filled("bytes of vertices", &data.vertices, Usage::STORAGE, fewer)?,
             triangles: up.filled("bytes of triangles", &data.triangles, Usage::STORAGE | Usage::INDEX, fewer)?,
             collapse_map: up.filled("bytes of the collapse map", &data.collapse_map, Usage::STORAGE, fewer)?,
             lods: up.filled("bytes of the LOD tables", &data.lods, Usage::STORAGE, fewer)?,
+            quantized_lods: up.filled("bytes of the quantised LOD tables", &quantized_lods, Usage::STORAGE, fewer)?,
+            tables: LevelTables::new(up, &buckets)?,
             clips: up.filled("bytes of clips", &data.clips, Usage::STORAGE, fewer)?,
             materials: up.filled("bytes of materials", &data.materials, Usage::STORAGE, fewer)?,
             animation: up.animation_texture(&data.animation)?,
@@ -218,10 +226,53 @@ impl CrowdBuffers {
     }
 }
 
-/// What the stages write each frame.
+/// Index tables of all quantised levels.
+pub(crate) struct LevelTables {
+    pub(crate) bucket_sets: wgpu::Buffer,
+    pub(crate) buckets: wgpu::Buffer,
+    pub(crate) bucket_counts: wgpu::Buffer,
+    pub(crate) counts: BucketCounts,
+    /// Of each character at full detail: its indices, and whether they have 16 bits.
+    pub(crate) full_detail: Vec<(Range<u32>, bool)>,
+    indices_16: wgpu::Buffer,
+    indices_32: wgpu::Buffer,
+}
+
+impl LevelTables {
+    fn new(up: &mut Uploader<'_>, buckets: &Buckets) -> Result<Self> {
+        let fewer = "put fewer characters into one pack";
+        let storage = Usage::STORAGE;
+        // Copies go in steps of four bytes.
+        let mut indices_16 = buckets.indices_16.clone();
+        indices_16.resize(indices_16.len().next_multiple_of(2), 0);
+        let full_detail = (0..buckets.sets.len() as u32).map(|character| {
+            let bucket = buckets.at(character, buckets.sets[character as usize].level_count - 1);
+            let record = &buckets.records[bucket as usize];
+            (record.first_index..record.first_index + record.triangle_count * 3, bucket < buckets.count_16)
+        });
+        Ok(Self {
+            bucket_sets: up.filled("bytes of the characters' buckets", &buckets.sets, storage, fewer)?,
+            buckets: up.filled("bytes of buckets", &buckets.records, storage, fewer)?,
+            bucket_counts: up.filled("bucket counts", &[buckets.counts()], Usage::UNIFORM, fewer)?,
+            counts: buckets.counts(),
+            full_detail: full_detail.collect(),
+            indices_16: up.filled("bytes of 16-bit indices", &indices_16, storage | Usage::INDEX, fewer)?,
+            indices_32: up.filled("bytes of 32-bit indices", &buckets.indices_32, storage | Usage::INDEX, fewer)?,
+        })
+    }
+
+    /// Sets the index buffer of 16-bit or of 32-bit indices.
+    pub(crate) fn set_indices(&self, pass: &mut wgpu::RenderPass<'_>, is_narrow: bool) {
+        match is_narrow {
+            true => pass.set_index_buffer(self.indices_16.slice(..), wgpu::IndexFormat::Uint16),
+            false => pass.set_index_buffer(self.indices_32.slice(..), wgpu::IndexFormat::Uint32),
+        }
+    }
+}
+
+/// What all techniques share of a frame.
 pub(crate) struct FrameBuffers {
     pub(crate) config: wgpu::Buffer,
-    pub(crate) capacities: wgpu::Buffer,
     pub(crate) draw_config: wgpu::Buffer,
     pub(crate) instances: wgpu::Buffer,
     pub(crate) culled: wgpu::Buffer,
@@ -230,27 +281,20 @@ pub(crate) struct FrameBuffers {
     pub(crate) wanted: wgpu::Buffer,
     pub(crate) block_wanted: wgpu::Buffer,
     pub(crate) choices: wgpu::Buffer,
-    pub(crate) block_totals: wgpu::Buffer,
-    pub(crate) counts: wgpu::Buffer,
-    pub(crate) bases: wgpu::Buffer,
-    pub(crate) slot_instances: wgpu::Buffer,
-    pub(crate) indices: wgpu::Buffer,
-    pub(crate) draw_args: wgpu::Buffer,
+    /// Bound where a technique has no places in a vertex list.
+    pub(crate) bases_of_none: wgpu::Buffer,
     pub(crate) totals: wgpu::Buffer,
 }
 
 impl FrameBuffers {
-    pub(crate) fn new(up: &mut Uploader<'_>, max_instances: u32, capacities: Capacities) -> Result<Self> {
+    pub(crate) fn new(up: &mut Uploader<'_>, max_instances: u32) -> Result<Self> {
         let fewer = "draw fewer instances";
-        let smaller = "lower the vertex budget";
         let n = u64::from(max_instances);
         let blocks = u64::from(max_instances.div_ceil(BLOCK_SIZE));
         let uniform = Usage::UNIFORM | Usage::COPY_DST;
         let written = Usage::STORAGE | Usage::COPY_SRC;
-        let index_count = u64::from(capacities.triangle_count) * 3;
         Ok(Self {
             config: up.empty::<FrameConfig>("frame config", 1, uniform, fewer)?,
-            capacities: up.filled("capacities", &[capacities], uniform, fewer)?,
             draw_config: up.empty::<DrawConfig>("draw config", 1, uniform, fewer)?,
             instances: up.empty::<InstanceRecord>("bytes of instances", n, Usage::STORAGE | Usage::COPY_DST, fewer)?,
             culled: up.empty::<CullRecord>("bytes of culling results", n, written, fewer)?,
@@ -259,17 +303,7 @@ impl FrameBuffers {
             wanted: up.empty::<u32>("wanted counts", n, written, fewer)?,
             block_wanted: up.empty::<u32>("wanted counts of blocks", blocks, written, fewer)?,
             choices: up.empty::<LodChoice>("choices", n, written, fewer)?,
-            block_totals: up.empty::<InstanceBase>("counts of blocks", blocks, written, fewer)?,
-            counts: up.empty::<InstanceBase>("counts", 1, written, fewer)?,
-            bases: up.empty::<InstanceBase>("bases", n, written, fewer)?,
-            slot_instances: up.empty::<u32>(
-                "bytes of the vertex list",
-                capacities.vertex_count.into(),
-                written,
-                smaller,
-            )?,
-            indices: up.empty::<u32>("bytes of the index buffer", index_count, written | Usage::INDEX, smaller)?,
-            draw_args: up.empty::<DrawArgs>("draw arguments", 1, written | Usage::INDIRECT, fewer)?,
+            bases_of_none: up.empty::<InstanceBase>("no bases", 1, written, fewer)?,
             totals: up.empty::<FrameTotals>("totals", 1, written, fewer)?,
         })
     }

@@ -1,0 +1,211 @@
+//! What index tables make possible: one bucket for each quantised level of each character, all drawn from two index buffers.
+
+use crate::{BucketCounts, BucketRecord, BucketSet, CrowdData, Error, Result};
+use crowd_pack::{CharacterRecord, LevelRecord, LodRecord};
+
+/// Buckets of a crowd's characters: first all with 16-bit indices, character after character from coarse to fine, then those
+/// with 32-bit indices.
+///
+/// Only quantised levels have buckets; levels that someone asked for by name are for other programs. Each triangle begins at
+/// its least index, as in [`crate::cpu::reform_level`], so that both ways rasterise the very same triangles.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Buckets {
+    /// One a character.
+    pub sets: Vec<BucketSet>,
+    /// One a bucket.
+    pub records: Vec<BucketRecord>,
+    /// How many of them have 16-bit indices.
+    pub count_16: u32,
+    /// Indices of the former.
+    pub indices_16: Vec<u16>,
+    /// Indices of the latter.
+    pub indices_32: Vec<u32>,
+}
+
+impl Buckets {
+    /// From the level tables.
+    ///
+    /// # Errors
+    /// [`Error::Tables`] when a character has no levels with index tables, or tables that are not in the data.
+    pub fn of(data: &CrowdData) -> Result<Self> {
+        let mut buckets = Self::default();
+        let mut wide = Vec::new();
+        for character in 0..data.characters.len() {
+            let levels = quantized(data, character).ok_or(Error::Tables { character })?;
+            let narrow = levels.iter().take_while(|level| level.index_bytes == 2).count();
+            buckets.sets.push(BucketSet {
+                first_16: buckets.records.len() as u32,
+                count_16: narrow as u32,
+                first_32: wide.len() as u32,
+                level_count: levels.len() as u32,
+            });
+            for (number, level) in levels.iter().enumerate() {
+                let coarser_vertex_count = levels[number.saturating_sub(1)].vertex_count;
+                let record = buckets.add_table(data, level, coarser_vertex_count);
+                let record = record.ok_or(Error::Tables { character })?;
+                if number < narrow { buckets.records.push(record) } else { wide.push(record) }
+            }
+        }
+        buckets.count_16 = buckets.records.len() as u32;
+        for set in &mut buckets.sets {
+            set.first_32 += buckets.count_16;
+        }
+        buckets.records.extend(wide);
+        Ok(buckets)
+    }
+
+    fn add_table(&mut self, data: &CrowdData, level: &LevelRecord, coarser_vertex_count: u32) -> Option<BucketRecord> {
+        let first = level.index_offset as usize;
+        let range = first..first.checked_add(level.triangle_count as usize * 3)?;
+        let first_index = if level.index_bytes == 2 { self.indices_16.len() } else { self.indices_32.len() } as u32;
+        if level.index_bytes == 2 {
+            let (triangles, _) = data.indices_16.get(range)?.as_chunks::<3>();
+            self.indices_16.extend(triangles.iter().copied().flat_map(from_least));
+        } else {
+            let (triangles, _) = data.indices_32.get(range)?.as_chunks::<3>();
+            self.indices_32.extend(triangles.iter().copied().flat_map(from_least));
+        }
+        let (vertex_count, triangle_count) = (level.vertex_count, level.triangle_count);
+        Some(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count })
+    }
+
+    /// For the shaders.
+    pub fn counts(&self) -> BucketCounts {
+        BucketCounts { bucket_count: self.records.len() as u32, count_16: self.count_16, ..Default::default() }
+    }
+
+    /// The key of an instance that is in no bucket: one past the last.
+    pub fn nobody(&self) -> u32 {
+        self.records.len() as u32
+    }
+
+    /// Bucket of a character's quantised level, 0 the coarsest.
+    pub fn at(&self, character: u32, level: u32) -> u32 {
+        let set = &self.sets[character as usize];
+        if level < set.count_16 { set.first_16 + level } else { set.first_32 + level - set.count_16 }
+    }
+
+    /// Bucket of the finest level of at most that many vertices, or of the coarsest.
+    pub fn fitting(&self, character: u32, vertex_count: u32) -> u32 {
+        let levels = self.sets[character as usize].level_count;
+        let finer =
+            (1..levels).take_while(|l| self.records[self.at(character, *l) as usize].vertex_count <= vertex_count);
+        self.at(character, finer.last().unwrap_or(0))
+    }
+
+    /// A bucket's triangles, indices local to the character.
+    pub fn triangles(&self, bucket: u32) -> Vec<[u32; 3]> {
+        let record = &self.records[bucket as usize];
+        let range = record.first_index as usize..(record.first_index + record.triangle_count * 3) as usize;
+        if bucket < self.count_16 {
+            self.indices_16[range].as_chunks::<3>().0.iter().map(|t| t.map(u32::from)).collect()
+        } else {
+            self.indices_32[range].as_chunks::<3>().0.to_vec()
+        }
+    }
+
+    /// LOD tables like those of the data, of quantised levels only: entry k is the finest quantised level of at most k
+    /// vertices, or the coarsest.
+    pub fn quantized_lods(&self, data: &CrowdData) -> Vec<LodRecord> {
+        let mut lods = data.lods.clone();
+        for (number, character) in data.characters.iter().enumerate() {
+            let level = |l: u32| self.records[self.at(number as u32, l) as usize];
+            let mut current = 0;
+            for k in 0..=character.vertex_count {
+                while current + 1 < self.sets[number].level_count && level(current + 1).vertex_count <= k {
+                    current += 1;
+                }
+                let BucketRecord { vertex_count, triangle_count, .. } = level(current);
+                lods[(character.lod_offset + k) as usize] = LodRecord { vertex_count, triangle_count };
+            }
+        }
+        lods
+    }
+}
+
+/// The quantised levels of a character, if there are any and their ends are the character's.
+fn quantized(data: &CrowdData, character: usize) -> Option<&[LevelRecord]> {
+    let set = data.level_sets.get(character)?;
+    let first = set.level_offset as usize;
+    let levels = data.levels.get(first..first.checked_add(set.quantized_count as usize)?)?;
+    let CharacterRecord { vertex_count, min_vertex_count, .. } = data.characters[character];
+    let ends = levels.first()?.vertex_count == min_vertex_count && levels.last()?.vertex_count == vertex_count;
+    let narrow_first = levels.is_sorted_by_key(|level| level.index_bytes);
+    (ends && narrow_first).then_some(levels)
+}
+
+/// The same triangle, turned so that its least index comes first.
+pub(crate) fn from_least<T: Ord + Copy>([a, b, c]: [T; 3]) -> [T; 3] {
+    if a <= b && a <= c {
+        [a, b, c]
+    } else if b <= c {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crowd_pack::LevelSetRecord;
+
+    /// Two characters of 5 and 4 vertices; the first one's finest level has wide indices.
+    fn data() -> CrowdData {
+        let character = |lod_offset, vertex_count| CharacterRecord {
+            lod_offset,
+            vertex_count,
+            min_vertex_count: 3,
+            ..Default::default()
+        };
+        let level = |vertex_count, triangle_count, index_offset, index_bytes| LevelRecord {
+            vertex_count,
+            triangle_count,
+            index_offset,
+            index_bytes,
+            refit_vertex_offset: crowd_pack::NONE,
+            bound_m: 0.0,
+        };
+        CrowdData {
+            characters: vec![character(0, 5), character(6, 4)],
+            lods: vec![LodRecord::default(); 11],
+            level_sets: vec![
+                LevelSetRecord { level_offset: 0, quantized_count: 2, ..Default::default() },
+                LevelSetRecord { level_offset: 2, quantized_count: 2, ..Default::default() },
+            ],
+            levels: vec![level(3, 1, 0, 2), level(5, 2, 0, 4), level(3, 1, 3, 2), level(4, 2, 6, 2)],
+            indices_16: vec![2, 0, 1, 0, 1, 2, 3, 2, 1, 0, 2, 3],
+            indices_32: vec![4, 3, 2, 0, 1, 4],
+            ..Default::default()
+        }
+    }
+
+    #[test]
+    fn narrow_tables_come_first_and_triangles_begin_at_their_least_index() {
+        let buckets = Buckets::of(&data()).expect("both characters have tables");
+        assert_eq!((buckets.count_16, buckets.nobody()), (3, 4));
+        assert_eq!([buckets.at(0, 0), buckets.at(0, 1), buckets.at(1, 0), buckets.at(1, 1)], [0, 3, 1, 2]);
+        assert_eq!(buckets.triangles(0), [[0, 1, 2]]);
+        assert_eq!(buckets.triangles(3), [[2, 4, 3], [0, 1, 4]]);
+        assert_eq!(buckets.triangles(2), [[1, 3, 2], [0, 2, 3]]);
+        assert_eq!(buckets.records[3].coarser_vertex_count, 3);
+    }
+
+    #[test]
+    fn counts_between_levels_are_rounded_down() {
+        let data = data();
+        let buckets = Buckets::of(&data).expect("both characters have tables");
+        assert_eq!([0, 3, 4, 5, 9].map(|k| buckets.fitting(0, k)), [0, 0, 0, 3, 3]);
+        let lods = buckets.quantized_lods(&data);
+        assert_eq!(lods.iter().map(|l| l.vertex_count).collect::<Vec<_>>(), [3, 3, 3, 3, 3, 5, 3, 3, 3, 3, 4]);
+    }
+
+    #[test]
+    fn a_character_without_tables_is_named() {
+        let mut data = data();
+        data.level_sets[1].quantized_count = 0;
+        assert!(Buckets::of(&data).expect_err("no levels").to_string().contains("character 1"));
+        data.level_sets.pop();
+        assert!(Buckets::of(&data).is_err());
+    }
+}

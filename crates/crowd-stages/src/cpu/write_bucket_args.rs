@@ -1,0 +1,61 @@
+//! One indirect draw a bucket, and what the frame came to.
+
+use crate::{BucketRange, BucketRecord, Buckets, DrawArgs, DrawCounts, FrameConfig, FrameTotals, WeightSums, overflow};
+
+/// Arguments of the indirect draws, how many of them draw anything, and the frame's totals.
+///
+/// `sorted_keys`: of all instances, those in no bucket last. Draws of buckets with instances come first among those of their
+/// index width, in the order of the buckets; the others' arguments are zeros. `sums`: of the budget's stages; zeros where
+/// there is no budget. No buffer can overflow here.
+///
+/// Paper: Park & Han 2009 §3.3, an instanced draw per LOD buffer; the arguments are written by the GPU.
+/// Twin: `shaders/stages/write_bucket_args.wgsl`. Equal.
+pub fn write_bucket_args(
+    buckets: &Buckets,
+    sorted_keys: &[u32],
+    sums: &WeightSums,
+    config: &FrameConfig,
+) -> (Vec<BucketRange>, Vec<DrawArgs>, DrawCounts, FrameTotals) {
+    let range = |bucket: u32| BucketRange {
+        first: sorted_keys.partition_point(|key| *key < bucket) as u32,
+        end: sorted_keys.partition_point(|key| *key <= bucket) as u32,
+    };
+    let mut totals = FrameTotals {
+        min_vertex_count: sums.min_vertex_count,
+        overflow: if sums.min_vertex_count > config.budget { overflow::BUDGET } else { 0 },
+        ..Default::default()
+    };
+    let mut ranges = Vec::new();
+    let (mut narrow, mut wide) = (Vec::new(), Vec::new());
+    for (bucket, record) in buckets.records.iter().enumerate() {
+        let range = range(bucket as u32);
+        let count = range.end - range.first;
+        if count > 0 {
+            totals.visible_count += count;
+            totals.vertex_count = totals.vertex_count.saturating_add(count.saturating_mul(record.vertex_count));
+            totals.triangle_count = totals.triangle_count.saturating_add(count.saturating_mul(record.triangle_count));
+            let list = if (bucket as u32) < buckets.count_16 { &mut narrow } else { &mut wide };
+            list.push(draw(record, range));
+            ranges.push(range);
+        } else {
+            ranges.push(BucketRange::default());
+        }
+    }
+    let counts = DrawCounts { count_16: narrow.len() as u32, count_32: wide.len() as u32 };
+    totals.draw_count = counts.count_16 + counts.count_32;
+    (totals.needed_vertices, totals.needed_triangles) = (totals.vertex_count, totals.triangle_count);
+    narrow.resize(buckets.count_16 as usize, DrawArgs::default());
+    wide.resize(buckets.records.len() - narrow.len(), DrawArgs::default());
+    narrow.extend(wide);
+    (ranges, narrow, counts, totals)
+}
+
+fn draw(record: &BucketRecord, range: BucketRange) -> DrawArgs {
+    DrawArgs {
+        index_count: record.triangle_count * 3,
+        instance_count: range.end - range.first,
+        first_index: record.first_index,
+        base_vertex: 0,
+        first_instance: range.first,
+    }
+}

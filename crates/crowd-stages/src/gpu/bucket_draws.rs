@@ -1,0 +1,160 @@
+//! Instances sorted into buckets and drawn with one indirect draw each: what the instanced techniques share.
+
+use super::renderer::RendererOptions;
+use super::stage_recorder::StageRecorder;
+use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
+use super::{KeyInstances, SortInstances, WriteBucketArgs};
+use crate::{BucketRange, DrawArgs, DrawCounts, Result, SortPass};
+use std::mem::size_of;
+use wgpu::BufferUsages as Usage;
+
+/// Stages from levels to draw arguments, and the draws.
+pub(crate) struct BucketDraws {
+    keys: wgpu::Buffer,
+    sorted_keys: wgpu::Buffer,
+    sorted: wgpu::Buffer,
+    draw_args: wgpu::Buffer,
+    draw_counts: wgpu::Buffer,
+    key_instances: (KeyInstances, wgpu::BindGroup),
+    sort_instances: SortInstances,
+    passes: Vec<(SortPass, wgpu::BindGroup)>,
+    write_bucket_args: (WriteBucketArgs, wgpu::BindGroup),
+    bucket_count: u32,
+    count_16: u32,
+    /// The adapter takes the number of draws from a buffer.
+    counts_draws: bool,
+}
+
+impl BucketDraws {
+    /// `sums`: of the budget's stages, or zeros where there is no budget.
+    pub(crate) fn new(
+        up: &mut Uploader<'_>,
+        c: &CrowdBuffers,
+        f: &FrameBuffers,
+        options: &RendererOptions,
+        sums: &wgpu::Buffer,
+    ) -> Result<Self> {
+        let fewer = "draw fewer instances";
+        let n = u64::from(options.max_instances);
+        let written = Usage::STORAGE | Usage::COPY_SRC;
+        let indirect = written | Usage::INDIRECT;
+        let tables = &c.tables;
+        let bucket_count = tables.counts.bucket_count;
+        let digit_words = SortInstances::digit_count_words(options.max_instances);
+        let keys = up.empty::<u32>("keys", n, written, fewer)?;
+        // One pair of buffers for each pass but the first, which reads the keys: two are enough.
+        let pair = |up: &mut Uploader<'_>| -> Result<[wgpu::Buffer; 2]> {
+            Ok([up.empty::<u32>("sorted keys", n, written, fewer)?, up.empty::<u32>("sorted", n, written, fewer)?])
+        };
+        let pairs = [pair(up)?, pair(up)?];
+        let digit_counts = up.empty::<u32>("counts of digits", digit_words, written, fewer)?;
+        let ranges = up.empty::<BucketRange>("ranges of buckets", bucket_count.into(), written, fewer)?;
+        let draw_args = up.empty::<DrawArgs>("draw arguments", bucket_count.into(), indirect, fewer)?;
+        let draw_counts = up.empty::<DrawCounts>("counts of draws", 1, indirect, fewer)?;
+
+        let sort = SortInstances::new(up.device);
+        let mut passes = Vec::new();
+        for (number, pass) in SortInstances::passes(bucket_count).into_iter().enumerate() {
+            let uniform = up.filled("sort pass", &[pass], Usage::UNIFORM, fewer)?;
+            let [into_keys, into] = &pairs[number % 2];
+            let [from_keys, from] = &pairs[(number + 1) % 2];
+            let from_keys = if number == 0 { &keys } else { from_keys };
+            let bound = sort.bind(up.device, &f.config, &uniform, from_keys, from, &digit_counts, into_keys, into);
+            passes.push((pass, bound));
+        }
+        let last = (passes.len() + 1) % 2;
+        let [[a_keys, a], [b_keys, b]] = pairs;
+        let (sorted_keys, sorted) = if last == 0 { (a_keys, a) } else { (b_keys, b) };
+
+        let key = KeyInstances::new(up.device);
+        let key_bound = key.bind(
+            up.device,
+            &f.config,
+            &tables.bucket_counts,
+            &f.instances,
+            &tables.bucket_sets,
+            &tables.buckets,
+            &f.culled,
+            &f.choices,
+            &keys,
+        );
+        let write = WriteBucketArgs::new(up.device);
+        let write_bound = write.bind(
+            up.device,
+            &f.config,
+            &tables.bucket_counts,
+            sums,
+            &tables.buckets,
+            &sorted_keys,
+            &ranges,
+            &draw_args,
+            &draw_counts,
+            &f.totals,
+        );
+        Ok(Self {
+            keys,
+            sorted_keys,
+            sorted,
+            draw_args,
+            draw_counts,
+            key_instances: (key, key_bound),
+            sort_instances: sort,
+            passes,
+            write_bucket_args: (write, write_bound),
+            bucket_count,
+            count_16: tables.counts.count_16,
+            counts_draws: up.device.features().contains(wgpu::Features::MULTI_DRAW_INDIRECT_COUNT),
+        })
+    }
+
+    /// Instances in the order of their buckets.
+    pub(crate) fn sorted(&self) -> &wgpu::Buffer {
+        &self.sorted
+    }
+
+    /// Keys from the levels chosen.
+    pub(crate) fn record_keys(&self, recorder: &mut StageRecorder<'_>, count: u32) {
+        let (key, bound) = &self.key_instances;
+        recorder.stage("key_instances", |pass| key.record(pass, bound, count));
+    }
+
+    /// From keys to draw arguments.
+    pub(crate) fn record_sort(&self, recorder: &mut StageRecorder<'_>, count: u32) {
+        recorder.stage("sort_instances", |compute| {
+            for (pass, bound) in &self.passes {
+                self.sort_instances.record(compute, bound, pass, count);
+            }
+        });
+        let (write, bound) = &self.write_bucket_args;
+        recorder.stage("write_bucket_args", |pass| write.record(pass, bound, count, self.bucket_count));
+    }
+
+    /// One multi-draw for each width of indices. Pipeline and bind group are set.
+    pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, crowd: &CrowdBuffers) {
+        let widths = [(true, 0, self.count_16, 0), (false, self.count_16, self.bucket_count - self.count_16, 4)];
+        for (is_narrow, first, most, count_offset) in widths {
+            if most == 0 {
+                continue;
+            }
+            crowd.tables.set_indices(pass, is_narrow);
+            let offset = u64::from(first) * size_of::<DrawArgs>() as u64;
+            if self.counts_draws {
+                let (args, counts) = (&self.draw_args, &self.draw_counts);
+                pass.multi_draw_indexed_indirect_count(args, offset, counts, count_offset, most);
+            } else {
+                pass.multi_draw_indexed_indirect(&self.draw_args, offset, most);
+            }
+        }
+    }
+
+    pub(crate) fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
+        match name {
+            "keys" => Some(&self.keys),
+            "sorted_keys" => Some(&self.sorted_keys),
+            "sorted_values" => Some(&self.sorted),
+            "draw_args" => Some(&self.draw_args),
+            "draw_counts" => Some(&self.draw_counts),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! What most techniques share: culling, Eq. 1 and the budget, from the instances to one level for each.
+
+use super::stage_recorder::StageRecorder;
+use super::upload::{CrowdBuffers, FrameBuffers};
+use super::{CullInstances, FitBudget, SelectLod, SumWeights};
+use crate::Levels;
+
+/// The shared stages with their buffers bound.
+pub(crate) struct Selection {
+    cull_instances: (CullInstances, wgpu::BindGroup),
+    sum_weights: (SumWeights, wgpu::BindGroup),
+    select_lod: (SelectLod, wgpu::BindGroup),
+    fit_budget: FitBudget,
+    fit_continuous: wgpu::BindGroup,
+    fit_quantized: wgpu::BindGroup,
+}
+
+impl Selection {
+    pub(crate) fn new(device: &wgpu::Device, c: &CrowdBuffers, f: &FrameBuffers) -> Self {
+        let cull = CullInstances::new(device);
+        let sum = SumWeights::new(device);
+        let select = SelectLod::new(device);
+        let fit = FitBudget::new(device);
+        let config = &f.config;
+        let cull_bound = cull.bind(device, config, &f.instances, &c.characters, &c.clips, &f.culled);
+        let sum_bound = sum.bind(device, config, &f.instances, &c.characters, &f.culled, &f.block_sums, &f.sums);
+        let select_bound = select.bind(device, config, &f.instances, &c.characters, &f.culled, &f.sums, &f.wanted);
+        let fit_to = |lods| {
+            let (blocks, choices) = (&f.block_wanted, &f.choices);
+            fit.bind(device, config, &f.instances, &c.characters, lods, &f.wanted, blocks, &f.sums, choices)
+        };
+        let (fit_continuous, fit_quantized) = (fit_to(&c.lods), fit_to(&c.quantized_lods));
+        Self {
+            cull_instances: (cull, cull_bound),
+            sum_weights: (sum, sum_bound),
+            select_lod: (select, select_bound),
+            fit_budget: fit,
+            fit_continuous,
+            fit_quantized,
+        }
+    }
+
+    /// Visibility and weights of all instances.
+    pub(crate) fn record_culling(&self, recorder: &mut StageRecorder<'_>, count: u32) {
+        recorder.stage("cull_instances", |pass| self.cull_instances.0.record(pass, &self.cull_instances.1, count));
+    }
+
+    /// Everything up to one level for each instance.
+    pub(crate) fn record(&self, recorder: &mut StageRecorder<'_>, count: u32, levels: Levels) {
+        self.record_culling(recorder, count);
+        recorder.stage("sum_weights", |pass| self.sum_weights.0.record(pass, &self.sum_weights.1, count));
+        recorder.stage("select_lod", |pass| self.select_lod.0.record(pass, &self.select_lod.1, count));
+        let bound = match levels {
+            Levels::Continuous => &self.fit_continuous,
+            Levels::Quantized => &self.fit_quantized,
+        };
+        recorder.stage("fit_budget", |pass| self.fit_budget.record(pass, bound, count));
+    }
+}

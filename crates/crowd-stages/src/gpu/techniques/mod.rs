@@ -1,0 +1,73 @@
+//! What each technique adds to the shared selection: buffers of its own, stages, draw calls.
+
+mod bucketed;
+mod pseudo_instancing;
+mod reform;
+
+use super::draw_crowd::DrawCrowd;
+use super::renderer::RendererOptions;
+use super::selection::Selection;
+use super::stage_recorder::StageRecorder;
+use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
+use crate::{DrawOptions, Error, FrameConfig, FrameTotals, Result, Technique};
+
+/// What there is when a technique is set up.
+pub(crate) struct Workshop<'a, 'd> {
+    pub(crate) up: &'a mut Uploader<'d>,
+    pub(crate) crowd: &'a CrowdBuffers,
+    pub(crate) frame: &'a FrameBuffers,
+    pub(crate) draw: &'a DrawCrowd,
+    pub(crate) options: &'a RendererOptions,
+}
+
+/// What a frame is made of besides the technique.
+pub(crate) struct FrameContext<'a> {
+    pub(crate) crowd: &'a CrowdBuffers,
+    pub(crate) selection: &'a Selection,
+    pub(crate) config: &'a FrameConfig,
+    pub(crate) options: DrawOptions,
+    /// Character of each instance.
+    pub(crate) characters: &'a [u32],
+    /// What drawing all instances at full detail comes to.
+    pub(crate) full_detail_totals: &'a FrameTotals,
+}
+
+/// A technique that is set up.
+pub(crate) trait Painter: Send + Sync {
+    /// Records the compute stages. The last of them writes the frame's totals, unless [`Self::known_totals`] has them.
+    fn record_stages(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>);
+
+    /// Draws the crowd into a pass that has the backdrop in it.
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>);
+
+    /// Totals known without the GPU.
+    fn known_totals(&self, _context: &FrameContext<'_>) -> Option<FrameTotals> {
+        None
+    }
+
+    /// A buffer that its stages wrote, by the name in the shader.
+    fn buffer(&self, _name: &str) -> Option<&wgpu::Buffer> {
+        None
+    }
+}
+
+/// Whether a device has what a technique cannot do without.
+pub fn supports(device: &wgpu::Device, technique: Technique) -> bool {
+    let features = device.features();
+    match technique {
+        Technique::PseudoInstancing | Technique::Reform => true,
+        Technique::Bucketed => features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE),
+    }
+}
+
+/// Sets a technique up.
+pub(crate) fn set_up(technique: Technique, workshop: Workshop<'_, '_>) -> Result<Box<dyn Painter>> {
+    if !supports(workshop.up.device, technique) {
+        return Err(Error::Feature { technique, feature: "INDIRECT_FIRST_INSTANCE", remedy: "use --technique reform" });
+    }
+    Ok(match technique {
+        Technique::PseudoInstancing => Box::new(pseudo_instancing::PseudoInstancing::new(workshop)),
+        Technique::Reform => Box::new(reform::Reform::new(workshop)?),
+        Technique::Bucketed => Box::new(bucketed::Bucketed::new(workshop)?),
+    })
+}

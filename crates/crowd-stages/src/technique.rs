@@ -1,0 +1,130 @@
+//! The ways to draw a crowd, and what can be switched on them.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// How the crowd is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum Technique {
+    /// B0: one draw per instance at full detail, no culling: the baseline of Peng 2011 and Dong 2019.
+    PseudoInstancing,
+    /// B3: per-frame triangle reformation into one index buffer, one indirect draw (Peng 2011 §5, Dong 2019 §5.3).
+    #[default]
+    Reform,
+    /// Ours: instances sorted by character and quantised level, one indirect draw for each of those from index tables in
+    /// cache order; nothing is written per triangle.
+    Bucketed,
+}
+
+impl Technique {
+    /// All, in the order of their short names, ours last.
+    pub const ALL: [Self; 3] = [Self::PseudoInstancing, Self::Reform, Self::Bucketed];
+
+    /// Place in [`Self::ALL`].
+    pub(crate) fn number(self) -> usize {
+        Self::ALL.iter().position(|technique| *technique == self).expect("ALL holds all")
+    }
+
+    /// The name, as in reports and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PseudoInstancing => "pseudo-instancing",
+            Self::Reform => "reform",
+            Self::Bucketed => "bucketed",
+        }
+    }
+
+    /// The short name, `b0` to `b4` for what others have published.
+    pub fn short_name(self) -> &'static str {
+        match self {
+            Self::PseudoInstancing => "b0",
+            Self::Reform => "b3",
+            Self::Bucketed => "bucketed",
+        }
+    }
+
+    /// One line on what it does.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::PseudoInstancing => "One draw per instance at full detail, nothing culled (Peng 2011's baseline)",
+            Self::Reform => "Continuous levels reformed into one index buffer each frame, one draw (Dong 2019)",
+            Self::Bucketed => "Instances sorted by character and level, drawn from index tables in cache order",
+        }
+    }
+
+    /// Whether the budget decides the levels.
+    pub fn has_budget(self) -> bool {
+        matches!(self, Self::Reform | Self::Bucketed)
+    }
+}
+
+impl fmt::Display for Technique {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Technique {
+    type Err = String;
+
+    /// By [`Technique::name`] or [`Technique::short_name`]; case does not count.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let fits = |t: &Self| text.eq_ignore_ascii_case(t.name()) || text.eq_ignore_ascii_case(t.short_name());
+        let names = || Self::ALL.map(Self::name).join(", ");
+        Self::ALL.into_iter().find(fits).ok_or_else(|| format!("found {text:?}, allowed {}", names()))
+    }
+}
+
+/// Which levels an instance may get.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Levels {
+    /// Every level of the LOD table.
+    #[default]
+    Continuous,
+    /// Those with index tables: up to 64 a character.
+    Quantized,
+}
+
+/// A technique with its switches: what [`crate::gpu::CrowdRenderer::encode`] is told beside the camera.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct DrawOptions {
+    /// How the crowd is drawn.
+    pub technique: Technique,
+    /// Levels of [`Technique::Reform`]; [`Technique::Bucketed`] draws quantised ones whatever stands here.
+    pub levels: Levels,
+}
+
+impl DrawOptions {
+    /// The levels that will be chosen from.
+    pub fn levels(&self) -> Levels {
+        if self.technique == Technique::Bucketed { Levels::Quantized } else { self.levels }
+    }
+}
+
+impl From<Technique> for DrawOptions {
+    fn from(technique: Technique) -> Self {
+        Self { technique, ..Self::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back_and_others_refused() {
+        for technique in Technique::ALL {
+            assert_eq!(technique.to_string().parse(), Ok(technique));
+            assert_eq!(technique.short_name().to_uppercase().parse(), Ok(technique));
+            assert_eq!(Technique::ALL[technique.number()], technique);
+        }
+        let error = "b9".parse::<Technique>().expect_err("there is no such");
+        assert!(error.contains("b9") && error.contains("bucketed"), "{error}");
+    }
+
+    #[test]
+    fn bucketed_knows_quantised_levels_only() {
+        let both = [Technique::Reform, Technique::Bucketed].map(|t| DrawOptions::from(t).levels());
+        assert_eq!(both, [Levels::Continuous, Levels::Quantized]);
+    }
+}

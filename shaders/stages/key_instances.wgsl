@@ -1,0 +1,50 @@
+// The bucket each instance is drawn from. Twin: crowd-stages/src/cpu/key_instances.rs.
+
+@group(0) @binding(0) var<uniform> config: FrameConfig;
+@group(0) @binding(1) var<uniform> bucket_counts: BucketCounts;
+@group(0) @binding(2) var<storage, read> instances: array<InstanceRecord>;
+@group(0) @binding(3) var<storage, read> bucket_sets: array<BucketSet>;
+@group(0) @binding(4) var<storage, read> buckets: array<BucketRecord>;
+@group(0) @binding(5) var<storage, read> culled: array<CullRecord>;
+@group(0) @binding(6) var<storage, read> choices: array<LodChoice>;
+@group(0) @binding(7) var<storage, read_write> keys: array<u32>;
+
+// The finest level of at most that many vertices, by bisection.
+@compute @workgroup_size(BLOCK_SIZE)
+fn key_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = group_number(workgroup) * BLOCK_SIZE + lane;
+    if i >= config.instance_count {
+        return;
+    }
+    let count = choices[i].vertex_count;
+    if count == 0u {
+        keys[i] = bucket_counts.bucket_count;
+        return;
+    }
+    let levels = bucket_sets[instances[i].character];
+    var low = 0u;
+    var high = levels.level_count;
+    while low + 1u < high {
+        let middle = (low + high) / 2u;
+        if buckets[bucket_of_level(levels, middle)].vertex_count <= count {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    keys[i] = bucket_of_level(levels, low);
+}
+
+@compute @workgroup_size(BLOCK_SIZE)
+fn key_full_detail(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = group_number(workgroup) * BLOCK_SIZE + lane;
+    if i >= config.instance_count {
+        return;
+    }
+    if culled[i].visible == 0u {
+        keys[i] = bucket_counts.bucket_count;
+        return;
+    }
+    let levels = bucket_sets[instances[i].character];
+    keys[i] = bucket_of_level(levels, levels.level_count - 1u);
+}

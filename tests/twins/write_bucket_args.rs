@@ -1,0 +1,67 @@
+//! `write_bucket_args` on the GPU against its twin: equal.
+
+use crate::cases::{Case, buckets, case, cases, first_difference};
+use crowd_stages::{BucketRange, DrawArgs, DrawCounts, FrameTotals, Weight, WeightSums, cpu, gpu::WriteBucketArgs};
+use crowd_tests::gpu;
+
+type Written = (Vec<BucketRange>, Vec<DrawArgs>, DrawCounts, FrameTotals);
+
+fn on_gpu(case: &Case, sorted_keys: &[u32], sums: &WeightSums) -> Written {
+    let stage = WriteBucketArgs::new(&gpu::device().0);
+    let count = buckets().records.len();
+    // What an earlier frame left must not stay.
+    let ranges = gpu::storage(&vec![BucketRange { first: 7, end: 9 }; count]);
+    let draw_args = gpu::storage(&vec![DrawArgs { instance_count: 5, ..Default::default() }; count]);
+    let (draw_counts, totals) = (gpu::output::<DrawCounts>(1), gpu::output::<FrameTotals>(1));
+    let bound = stage.bind(
+        &gpu::device().0,
+        &gpu::uniform(&case.config),
+        &gpu::uniform(&buckets().counts()),
+        &gpu::storage(&[*sums]),
+        &gpu::storage(&buckets().records),
+        &gpu::storage(sorted_keys),
+        &ranges,
+        &draw_args,
+        &draw_counts,
+        &totals,
+    );
+    gpu::run(|pass| stage.record(pass, &bound, case.count(), count as u32));
+    (gpu::read(&ranges, count), gpu::read(&draw_args, count), gpu::read(&draw_counts, 1)[0], gpu::read(&totals, 1)[0])
+}
+
+fn sorted_keys(case: &Case) -> (Vec<u32>, WeightSums) {
+    let selected = case.select();
+    let keys = cpu::key_instances(buckets(), &case.instances, &selected.choices);
+    (cpu::sort_instances(&keys).0, selected.sums)
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn arguments_and_totals_are_equal_for_all_sizes() {
+    for case in cases().chain([2, 200].map(|each| case(1000, each, Weight::Area))) {
+        let (keys, sums) = sorted_keys(&case);
+        let (ranges, args, counts, totals) = on_gpu(&case, &keys, &sums);
+        let expected = cpu::write_bucket_args(buckets(), &keys, &sums, &case.config);
+        assert_eq!(first_difference(&ranges, &expected.0), None, "{} instances", case.count());
+        assert_eq!(first_difference(&args, &expected.1), None, "{} instances", case.count());
+        assert_eq!((counts, totals), (expected.2, expected.3), "{} instances", case.count());
+    }
+}
+
+#[test]
+fn draws_cover_the_sorted_list_once_and_empty_ones_come_last() {
+    let case = case(1000, 200, Weight::Area);
+    let (keys, sums) = sorted_keys(&case);
+    let (_, args, counts, totals) = cpu::write_bucket_args(buckets(), &keys, &sums, &case.config);
+    let (narrow, wide) = args.split_at(buckets().count_16 as usize);
+    let mut drawn = Vec::new();
+    for (list, count) in [(narrow, counts.count_16), (wide, counts.count_32)] {
+        assert!(count > 0, "levels of both widths are drawn");
+        let (full, empty) = list.split_at(count as usize);
+        assert!(full.iter().all(|a| a.instance_count > 0) && empty.iter().all(|a| *a == DrawArgs::default()));
+        drawn.extend(full.iter().flat_map(|a| a.first_instance..a.first_instance + a.instance_count));
+    }
+    drawn.sort_unstable();
+    assert_eq!(drawn, (0..totals.visible_count).collect::<Vec<u32>>());
+    assert_eq!(totals.draw_count, counts.count_16 + counts.count_32);
+}
