@@ -39,7 +39,7 @@
 //!     weight: Weight::Area,
 //! });
 //! let mut encoder = device.create_command_encoder(&Default::default());
-//! crowd.encode(device, queue, &mut encoder, color, (1280, 720), &config, Technique::Reform)?;
+//! crowd.encode(device, queue, &mut encoder, color, (1280, 720), &config, Technique::Bucketed)?;
 //! queue.submit([encoder.finish()]);
 //! if let Some(totals) = crowd.totals(device, false) {
 //!     println!("{} of the crowd in view, {} triangles", totals.visible_count, totals.triangle_count);
