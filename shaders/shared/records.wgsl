@@ -65,7 +65,7 @@ struct ClipRecord {
     texel_offset: u32,
     frame_count: u32,
     duration_s: f32,
-    root_speed_m_s: f32,
+    ground_speed_m_s: f32,
     sphere: vec4f,
     root_displacement_m: vec3f,
     loop_gap_m: f32,

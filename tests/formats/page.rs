@@ -50,7 +50,7 @@ fn records_are_where_the_page_says() {
         box_min height_m box_max inverse_bind_offset);
     check_record!(VertexRecord, "### VertexRecord, 48 bytes", position normal_oct uv color material_class joints weights);
     check_record!(LodRecord, "### LodRecord, 8 bytes", vertex_count triangle_count);
-    check_record!(ClipRecord, "### ClipRecord, 48 bytes", texel_offset frame_count duration_s root_speed_m_s sphere
+    check_record!(ClipRecord, "### ClipRecord, 48 bytes", texel_offset frame_count duration_s ground_speed_m_s sphere
         root_displacement_m loop_gap_m);
     check_record!(MaterialRecord, "### MaterialRecord, 32 bytes", base_color image flags alpha_cutoff reserved);
     check_record!(LevelSetRecord, "### LevelSetRecord, 16 bytes", level_offset quantized_count discrete_count

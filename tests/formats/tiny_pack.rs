@@ -144,7 +144,7 @@ fn add_tetrahedron(pack: &mut PackContents) {
     push_clip(pack, &[&[[0.0; 3], [0.0; 3]], &[[0.0; 3], [0.25, 0.0, 0.0]], &[[0.0; 3], [0.0; 3]]], 0.5, sphere);
     push_clip(pack, &[&[[0.0; 3], [0.0; 3]], &[[0.0, 0.0, 2.0], [0.0, 0.0, 2.0]]], 1.0, [0.0, 0.5, 1.0, 2.25]);
     let hop = pack.clips.last_mut().expect("the clip was pushed in the line above");
-    (hop.root_speed_m_s, hop.root_displacement_m) = (2.0, [0.0, 0.0, 2.0]);
+    (hop.ground_speed_m_s, hop.root_displacement_m) = (2.0, [0.0, 0.0, 2.0]);
     push_inverse_binds(pack, &[IDENTITY, IDENTITY]);
     let plain = MaterialRecord { base_color: [0.5, 0.25, 1.0, 1.0], image: NONE, ..MaterialRecord::default() };
     pack.materials.extend([plain, MaterialRecord { flags: material_flags::UNLIT | material_flags::FLAT, ..plain }]);

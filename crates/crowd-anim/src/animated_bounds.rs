@@ -1,5 +1,6 @@
 //! Boxes and spheres that hold a character in motion.
 
+use crate::skin::skin;
 use crate::{Bounds, Mat3x4};
 
 /// Directions along which the farthest points are kept: axes, edge and corner diagonals of a cube.
@@ -156,20 +157,6 @@ fn for_each_point(
             visit_finite(skin(*position, joints, weights, palette));
         }
     }
-}
-
-/// Linear blend skinning of one vertex.
-fn skin(position: [f32; 3], joints: &[u16; 4], weights: &[f32; 4], palette: &[Mat3x4]) -> [f32; 3] {
-    let mut point = [0.0_f32; 3];
-    for (&joint, &weight) in joints.iter().zip(weights) {
-        let Some(rows) = palette.get(usize::from(joint)).filter(|_| weight != 0.0) else {
-            continue;
-        };
-        for (sum, row) in point.iter_mut().zip(rows) {
-            *sum += weight * (row[0] * position[0] + row[1] * position[1] + row[2] * position[2] + row[3]);
-        }
-    }
-    point
 }
 
 /// Moves a centre towards the farthest ball, by ever smaller parts of the way (Bădoiu and Clarkson 2003).

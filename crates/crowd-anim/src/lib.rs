@@ -7,11 +7,14 @@
 mod animated_bounds;
 mod check_input;
 mod evaluate_track;
+mod ground_speed;
 mod pose_nodes;
 mod sample_clip;
+mod skin;
 mod types;
 
 pub use animated_bounds::{animated_bounds, union_bounds};
+pub use ground_speed::ground_speed;
 pub use pose_nodes::pose_at;
 pub use sample_clip::{MAX_FRAMES, MAX_MATRICES, rest_clip, sample_clip};
 pub use types::*;

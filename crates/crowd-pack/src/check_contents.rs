@@ -264,7 +264,7 @@ fn check_clips(
             expect_finite(values, || here(&format!("texel {texel}")))?;
         }
         let numbers =
-            [("duration", clip.duration_s), ("root speed", clip.root_speed_m_s), ("loop gap", clip.loop_gap_m)];
+            [("duration", clip.duration_s), ("ground speed", clip.ground_speed_m_s), ("loop gap", clip.loop_gap_m)];
         for (field, number) in numbers {
             let fits = number.is_finite() && number >= 0.0;
             expect(fits, || here(field), number, || "finite, at least 0".to_owned())?;

@@ -145,8 +145,8 @@ pub struct ClipRecord {
     pub frame_count: u32,
     /// Seconds; 0 for a single pose.
     pub duration_s: f32,
-    /// Mean horizontal speed of the root, metres a second.
-    pub root_speed_m_s: f32,
+    /// How fast the clip walks over the ground, metres a second: the speed at which planted feet stay where they are.
+    pub ground_speed_m_s: f32,
     /// Sphere over this clip: centre, metres, and radius.
     pub sphere: [f32; 4],
     /// The root's displacement over the clip, metres.

@@ -51,7 +51,7 @@ fn rust_layouts() -> Vec<Layout> {
             texel_offset,
             frame_count,
             duration_s,
-            root_speed_m_s,
+            ground_speed_m_s,
             sphere,
             root_displacement_m,
             loop_gap_m,

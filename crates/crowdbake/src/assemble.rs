@@ -121,7 +121,8 @@ impl Assembly {
     }
 
     fn add_clips(&mut self, baked: &BakedCharacter, layout: AnimationLayout) -> Result<(), Cause> {
-        for (clip, bounds) in baked.clips.iter().zip(&baked.clip_bounds) {
+        let measured = baked.clip_bounds.iter().zip(&baked.ground_speeds_m_s);
+        for (clip, (bounds, &ground_speed_m_s)) in baked.clips.iter().zip(measured) {
             let texels: &[[f32; 4]] = match layout {
                 AnimationLayout::Premultiplied3x4 => bytemuck::cast_slice(&clip.palettes),
                 AnimationLayout::Split4x4 => bytemuck::cast_slice(&clip.worlds),
@@ -130,7 +131,7 @@ impl Assembly {
                 texel_offset: offset("animation texels", self.contents.animation.len(), texels.len())?,
                 frame_count: clip.frame_count,
                 duration_s: clip.duration_s,
-                root_speed_m_s: clip.root_motion.speed_m_s,
+                ground_speed_m_s,
                 sphere: sphere(*bounds),
                 root_displacement_m: clip.root_motion.displacement_m,
                 loop_gap_m: clip.loop_gap_m,

@@ -59,6 +59,8 @@ pub struct BakedCharacter {
     pub order: CollapseOrder,
     /// Bounds of each clip.
     pub clip_bounds: Vec<Bounds>,
+    /// How fast each clip walks over the ground, see [`crowd_anim::ground_speed`].
+    pub ground_speeds_m_s: Vec<f32>,
     /// Bounds over all clips.
     pub bounds: Bounds,
     /// Height of the pose at rest, metres.
@@ -155,6 +157,10 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     clock.lap(Step::Simplify);
 
     let clip_bounds: Vec<Bounds> = clips.par_iter().map(|clip| bound_clip(&mesh, &order, clip, &raw)).collect();
+    let ground_speed = |clip: &SampledClip| {
+        crowd_anim::ground_speed(&mesh.positions, &mesh.joints, &mesh.weights, clip, raw.joints.len())
+    };
+    let ground_speeds_m_s: Vec<f32> = clips.par_iter().map(ground_speed).collect();
     let bounds = crowd_anim::union_bounds(&clip_bounds);
     let height_m = height_at_rest(&mesh, &order, &rest_palette);
     clock.lap(Step::Bound);
@@ -176,6 +182,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         rest_palette,
         order,
         clip_bounds,
+        ground_speeds_m_s,
         bounds,
         height_m,
         levels,

@@ -161,8 +161,8 @@ pub struct ClipInspection {
     pub frames: Option<u32>,
     /// Curves.
     pub tracks: usize,
-    /// Mean horizontal speed of the root, metres a second; of packs only.
-    pub root_speed_m_s: Option<f32>,
+    /// How fast it walks over the ground, metres a second; of packs only.
+    pub ground_speed_m_s: Option<f32>,
     /// Distance between first and last pose, metres; of packs only.
     pub loop_gap_m: Option<f32>,
 }
@@ -275,7 +275,7 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
         duration_s: clip.duration_s,
         frames: Some(clip.frame_count),
         tracks: named.tracks.len(),
-        root_speed_m_s: Some(clip.root_speed_m_s),
+        ground_speed_m_s: Some(clip.ground_speed_m_s),
         loop_gap_m: Some(clip.loop_gap_m),
     });
     let materials = manifest.materials.iter().zip(character.materials).map(|(name, material)| MaterialInspection {
@@ -401,7 +401,7 @@ fn inspect_raw(raw: &RawCharacter, seams: &SeamReport, path: &Path) -> Character
         duration_s: views::clip_end_s(clip),
         frames: None,
         tracks: clip.tracks.len(),
-        root_speed_m_s: None,
+        ground_speed_m_s: None,
         loop_gap_m: None,
     });
     let materials = raw.materials.iter().map(|material| MaterialInspection {
@@ -545,8 +545,8 @@ fn write_character(out: &mut String, character: &CharacterInspection) {
     }
     for clip in &c.clips {
         let _ = write!(out, "  clip          {}: {:.2} s", clip.name, clip.duration_s);
-        if let (Some(frames), Some(speed), Some(gap)) = (clip.frames, clip.root_speed_m_s, clip.loop_gap_m) {
-            let _ = write!(out, ", {frames} frames, root {speed:.2} m/s, loop gap {gap:.3} m");
+        if let (Some(frames), Some(speed), Some(gap)) = (clip.frames, clip.ground_speed_m_s, clip.loop_gap_m) {
+            let _ = write!(out, ", {frames} frames, walks at {speed:.2} m/s, loop gap {gap:.3} m");
         }
         out.push('\n');
     }

@@ -1,0 +1,188 @@
+//! How fast a clip walks over the ground, also where it walks on the spot: what a player needs so that feet do not slide.
+
+use crate::skin::skin;
+use crate::{Mat3x4, SampledClip};
+
+/// Points of the soles that are followed, at most.
+const SOLE_POINTS: usize = 512;
+/// Frames that the soles are looked for in.
+const SEARCHED_FRAMES: usize = 16;
+/// A point this near to the lowest one of the clip, as a share of the height, belongs to a sole.
+const SOLE_SHARE: f32 = 0.05;
+/// The ground: in this share of the frames the lowest point lies below it. A single frame in which a paw dips, or a run that is
+/// in the air for more than half of its time, must not hide the steps.
+const GROUND_QUANTILE: f32 = 0.25;
+/// A point no higher than this over the ground before and after a step in time stands on it, as a share of the height.
+const PLANTED_SHARE: f32 = 0.02;
+/// A clip whose soles are planted in a smaller share of its time does not walk.
+const LEAST_PLANTED: f32 = 0.2;
+
+/// Speed, metres a second, at which a character must move over the ground so that its planted feet stay where they are.
+///
+/// Between two frames the planted points are those of the mesh that lie no more than 2 % of the height over the ground in both,
+/// the ground being where the lowest point is in a quarter of the frames. Their mean horizontal movement, root motion included, is what the feet slide by when the character stands;
+/// the median over the clip is what it slides by for the most of it. Less the root's own mean velocity, that is the
+/// speed of the walk: of a clip with root motion the root's, of one on the spot the ground's under the feet. 0 for a single
+/// pose, for a clip that stands on the ground in less than a fifth of its time, and for one whose planted feet go now here,
+/// now there (half of their velocities further apart than the speed): a fall, a dance.
+///
+/// `positions`, `joints`, `weights`: one per vertex, bind space, metres, Y up; `joint_count`: matrices a frame in the clip's
+/// palettes.
+pub fn ground_speed(
+    positions: &[[f32; 3]],
+    joints: &[[u16; 4]],
+    weights: &[[f32; 4]],
+    clip: &SampledClip,
+    joint_count: usize,
+) -> f32 {
+    let frames: Vec<&[Mat3x4]> = clip.palettes.chunks_exact(joint_count.max(1)).collect();
+    if frames.len() < 2 || clip.duration_s <= 0.0 {
+        return 0.0;
+    }
+    let place = |vertex: usize, frame: usize| skin(positions[vertex], &joints[vertex], &weights[vertex], frames[frame]);
+    let (soles, height) = find_soles(positions.len(), frames.len(), place);
+    // `[frame][point]`.
+    let paths: Vec<Vec<[f32; 3]>> =
+        (0..frames.len()).map(|frame| soles.iter().map(|&vertex| place(vertex, frame)).collect()).collect();
+    let low = |points: &Vec<[f32; 3]>| points.iter().fold(f32::INFINITY, |low, point| low.min(point[1]));
+    let ground = quantile(paths.iter().map(low).collect(), GROUND_QUANTILE);
+    let planted = |point: &[f32; 3]| point[1] <= ground + PLANTED_SHARE * height;
+    let step_s = clip.duration_s / (frames.len() - 1) as f32;
+
+    let mut velocities: [Vec<f32>; 2] = [Vec::new(), Vec::new()];
+    for pair in paths.windows(2) {
+        let (mut sum, mut count) = ([0.0_f32; 2], 0.0_f32);
+        for (before, after) in pair[0].iter().zip(&pair[1]) {
+            if planted(before) && planted(after) {
+                sum = [sum[0] + after[0] - before[0], sum[1] + after[2] - before[2]];
+                count += 1.0;
+            }
+        }
+        if count > 0.0 {
+            velocities.iter_mut().zip(sum).for_each(|(all, sum)| all.push(sum / count / step_s));
+        }
+    }
+    if (velocities[0].len() as f32) < LEAST_PLANTED * (frames.len() - 1) as f32 {
+        return 0.0;
+    }
+    let root = [0, 2].map(|axis| clip.root_motion.displacement_m[axis] / clip.duration_s);
+    let [x, z] = velocities.each_ref().map(|all| quantile(all.clone(), 0.5));
+    let over_ground = [root[0] - x, root[1] - z];
+    let speed = (over_ground[0] * over_ground[0] + over_ground[1] * over_ground[1]).sqrt();
+    let spread = velocities.map(|all| quantile(all.clone(), 0.75) - quantile(all, 0.25));
+    let steady = spread[0].max(spread[1]) <= speed;
+    if speed.is_finite() && steady { speed } else { 0.0 }
+}
+
+/// Vertices that come near to the ground in some of the frames, and the character's height in them.
+fn find_soles(vertex_count: usize, frame_count: usize, place: impl Fn(usize, usize) -> [f32; 3]) -> (Vec<usize>, f32) {
+    let searched = frame_count.min(SEARCHED_FRAMES);
+    let mut lowest = vec![f32::INFINITY; vertex_count];
+    let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+    for i in 0..searched {
+        let frame = i * (frame_count - 1) / (searched - 1).max(1);
+        for (vertex, lowest) in lowest.iter_mut().enumerate() {
+            let y = place(vertex, frame)[1];
+            *lowest = lowest.min(y);
+            (low, high) = (low.min(y), high.max(y));
+        }
+    }
+    let height = (high - low).max(0.0);
+    let near: Vec<usize> = (0..vertex_count).filter(|&v| lowest[v] <= low + SOLE_SHARE * height).collect();
+    let stride = near.len().div_ceil(SOLE_POINTS).max(1);
+    (near.into_iter().step_by(stride).collect(), height)
+}
+
+/// The value that this share of the values lies below.
+fn quantile(mut values: Vec<f32>, share: f32) -> f32 {
+    values.sort_unstable_by(f32::total_cmp);
+    values[((values.len() as f32 * share) as usize).min(values.len() - 1)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::RootMotion;
+
+    const FRAMES: usize = 41;
+    const DURATION_S: f32 = 1.0;
+    const STRIDE_M: f32 = 0.7;
+
+    /// Two legs of one point each at the sole and one at the hip, each with its joint: half the time a sole stands and slides back by
+    /// the stride, half the time it swings forward through the air.
+    fn walk(carried_m_s: f32) -> (Vec<[f32; 3]>, Vec<[u16; 4]>, Vec<[f32; 4]>, SampledClip) {
+        let positions = vec![[-0.1, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 1.8, 0.0]];
+        let joints = vec![[0; 4], [1, 0, 0, 0], [2, 0, 0, 0]];
+        let weights = vec![[1.0, 0.0, 0.0, 0.0]; 3];
+        let mut palettes = Vec::new();
+        for frame in 0..FRAMES {
+            let time = frame as f32 / (FRAMES - 1) as f32;
+            let carried = carried_m_s * time * DURATION_S;
+            for leg in [0.0, 0.5] {
+                let turn = (time + leg).fract();
+                let (z, y) = if turn < 0.5 {
+                    (STRIDE_M * (0.5 - turn * 2.0), 0.0)
+                } else {
+                    let swing = turn * 2.0 - 1.0;
+                    (STRIDE_M * (swing - 0.5), 0.3 * libm::sinf(swing * std::f32::consts::PI))
+                };
+                palettes.push(moved([0.0, y, z + carried]));
+            }
+            palettes.push(moved([0.0, 0.0, carried]));
+        }
+        let root_motion =
+            RootMotion { node: Some(0), displacement_m: [0.0, 0.0, carried_m_s * DURATION_S], speed_m_s: carried_m_s };
+        let clip = SampledClip {
+            name: "walk".to_owned(),
+            duration_s: DURATION_S,
+            frame_count: FRAMES as u32,
+            worlds: Vec::new(),
+            palettes,
+            root_motion,
+            loop_gap_m: 0.0,
+        };
+        (positions, joints, weights, clip)
+    }
+
+    fn moved([x, y, z]: [f32; 3]) -> Mat3x4 {
+        [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]]
+    }
+
+    fn speed(carried_m_s: f32) -> f32 {
+        let (positions, joints, weights, clip) = walk(carried_m_s);
+        ground_speed(&positions, &joints, &weights, &clip, 3)
+    }
+
+    #[test]
+    fn a_walk_on_the_spot_is_as_fast_as_its_feet_slide_back() {
+        let expected = STRIDE_M / 0.5;
+        assert!((speed(0.0) - expected).abs() < 0.02 * expected, "{}", speed(0.0));
+    }
+
+    #[test]
+    fn a_walk_that_goes_along_is_as_fast_as_its_root() {
+        // Carried at the speed of the walk the planted feet stand still; at half of it they slide by the other half.
+        let expected = STRIDE_M / 0.5;
+        for carried in [expected, expected / 2.0, -0.3] {
+            assert!((speed(carried) - expected).abs() < 0.02 * expected, "{carried}: {}", speed(carried));
+        }
+    }
+
+    #[test]
+    fn who_stands_shuffles_or_hops_does_not_walk() {
+        let (positions, joints, weights, mut clip) = walk(0.0);
+        let still: Vec<Mat3x4> = (0..FRAMES * 3).map(|_| moved([0.0; 3])).collect();
+        clip.palettes = still;
+        assert_eq!(ground_speed(&positions, &joints, &weights, &clip, 3), 0.0);
+        let shuffled =
+            |i: usize| moved([if (i / 3).is_multiple_of(2) { 0.0 } else { 0.1 }, 0.0, 0.05 * (i / 3) as f32]);
+        clip.palettes = (0..FRAMES * 3).map(shuffled).collect();
+        assert_eq!(ground_speed(&positions, &joints, &weights, &clip, 3), 0.0, "to and fro");
+        let hopping = |i: usize| moved([0.02 * i as f32, if (i / 3).is_multiple_of(2) { 0.0 } else { 0.5 }, 0.0]);
+        clip.palettes = (0..FRAMES * 3).map(hopping).collect();
+        assert_eq!(ground_speed(&positions, &joints, &weights, &clip, 3), 0.0, "never on the ground for two frames");
+        clip.palettes.truncate(3);
+        assert_eq!(ground_speed(&positions, &joints, &weights, &clip, 3), 0.0, "a single pose");
+        assert_eq!(ground_speed(&[], &[], &[], &walk(0.0).3, 3), 0.0, "nobody");
+    }
+}
