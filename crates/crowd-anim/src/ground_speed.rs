@@ -15,16 +15,23 @@ const GROUND_QUANTILE: f32 = 0.25;
 /// A point no higher than this over the ground before and after a step in time stands on it, as a share of the height.
 const PLANTED_SHARE: f32 = 0.02;
 /// A clip whose soles are planted in a smaller share of its time does not walk.
-const LEAST_PLANTED: f32 = 0.2;
+const LEAST_PLANTED: f32 = 0.3;
+/// Nor does one that sways, slower than this share of the height a second.
+const STILL_SHARE: f32 = 0.05;
+/// Nor does one that ends this far from where it began, as a share of the height: a fall, lying down.
+const LOOP_SHARE: f32 = 0.1;
+/// The steps in time that agree best, as a share of them, tell the speed: feet roll, and swing low between.
+const AGREEING_SHARE: f32 = 1.0 / 3.0;
 
 /// Speed, metres a second, at which a character must move over the ground so that its planted feet stay where they are.
 ///
 /// Between two frames the planted points are those of the mesh that lie no more than 2 % of the height over the ground in both,
-/// the ground being where the lowest point is in a quarter of the frames. Their mean horizontal movement, root motion included, is what the feet slide by when the character stands;
-/// the median over the clip is what it slides by for the most of it. Less the root's own mean velocity, that is the
-/// speed of the walk: of a clip with root motion the root's, of one on the spot the ground's under the feet. 0 for a single
-/// pose, for a clip that stands on the ground in less than a fifth of its time, and for one whose planted feet go now here,
-/// now there (half of their velocities further apart than the speed): a fall, a dance.
+/// the ground being where the lowest point is in a quarter of the frames. Their mean horizontal movement, root motion included, is
+/// what the feet slide by when the character stands; the third of the clip's steps in time that agree best tell the velocity.
+/// Less the root's own mean velocity, that is the speed of the walk: of a clip with root motion the root's, of one on the
+/// spot the ground's under the feet. 0 for what is no walk: a single pose, a clip that does not end where it began (a tenth
+/// of the height), that stands on the ground in less than three tenths of its time, whose planted feet do not agree to
+/// within the speed itself, or that is slower than a twentieth of the height a second.
 ///
 /// `positions`, `joints`, `weights`: one per vertex, bind space, metres, Y up; `joint_count`: matrices a frame in the clip's
 /// palettes.
@@ -62,16 +69,25 @@ pub fn ground_speed(
             velocities.iter_mut().zip(sum).for_each(|(all, sum)| all.push(sum / count / step_s));
         }
     }
-    if (velocities[0].len() as f32) < LEAST_PLANTED * (frames.len() - 1) as f32 {
+    let planted_share = velocities[0].len() as f32 / (frames.len() - 1) as f32;
+    if planted_share < LEAST_PLANTED || clip.loop_gap_m > LOOP_SHARE * height {
         return 0.0;
     }
     let root = [0, 2].map(|axis| clip.root_motion.displacement_m[axis] / clip.duration_s);
-    let [x, z] = velocities.each_ref().map(|all| quantile(all.clone(), 0.5));
+    let [(x, spread_x), (z, spread_z)] = velocities.map(most_agreed);
     let over_ground = [root[0] - x, root[1] - z];
     let speed = (over_ground[0] * over_ground[0] + over_ground[1] * over_ground[1]).sqrt();
-    let spread = velocities.map(|all| quantile(all.clone(), 0.75) - quantile(all, 0.25));
-    let steady = spread[0].max(spread[1]) <= speed;
-    if speed.is_finite() && steady { speed } else { 0.0 }
+    let agree = spread_x.max(spread_z) <= speed;
+    if speed.is_finite() && agree && speed >= STILL_SHARE * height { speed } else { 0.0 }
+}
+
+/// The median of the shortest interval that holds [`AGREEING_SHARE`] of the values, and how long it is.
+fn most_agreed(mut values: Vec<f32>) -> (f32, f32) {
+    values.sort_unstable_by(f32::total_cmp);
+    let count = ((values.len() as f32 * AGREEING_SHARE).ceil() as usize).clamp(1, values.len());
+    let length = |interval: &&[f32]| interval[count - 1] - interval[0];
+    let shortest = values.windows(count).min_by(|a, b| length(a).total_cmp(&length(b)));
+    shortest.map_or((0.0, 0.0), |interval| (interval[count / 2], length(&interval)))
 }
 
 /// Vertices that come near to the ground in some of the frames, and the character's height in them.
@@ -174,10 +190,13 @@ mod tests {
         let still: Vec<Mat3x4> = (0..FRAMES * 3).map(|_| moved([0.0; 3])).collect();
         clip.palettes = still;
         assert_eq!(ground_speed(&positions, &joints, &weights, &clip, 3), 0.0);
-        let shuffled =
-            |i: usize| moved([if (i / 3).is_multiple_of(2) { 0.0 } else { 0.1 }, 0.0, 0.05 * (i / 3) as f32]);
+        let shuffled = |i: usize| moved([0.1 * libm::sinf(((i / 3) * (i / 3)) as f32), 0.0, 0.0]);
         clip.palettes = (0..FRAMES * 3).map(shuffled).collect();
-        assert_eq!(ground_speed(&positions, &joints, &weights, &clip, 3), 0.0, "to and fro");
+        assert_eq!(ground_speed(&positions, &joints, &weights, &clip, 3), 0.0, "now here, now there");
+        clip.palettes.clone_from(&walk(0.0).3.palettes);
+        clip.loop_gap_m = 0.5;
+        assert_eq!(ground_speed(&positions, &joints, &weights, &clip, 3), 0.0, "does not end where it began");
+        clip.loop_gap_m = 0.0;
         let hopping = |i: usize| moved([0.02 * i as f32, if (i / 3).is_multiple_of(2) { 0.0 } else { 0.5 }, 0.0]);
         clip.palettes = (0..FRAMES * 3).map(hopping).collect();
         assert_eq!(ground_speed(&positions, &joints, &weights, &clip, 3), 0.0, "never on the ground for two frames");
