@@ -1,6 +1,7 @@
 //! The player as a person or a script meets it: words in; pictures, reports, exit codes and talk out.
 
 mod baked;
+mod bench;
 mod compare;
 mod figures;
 mod moving;

@@ -5,8 +5,7 @@ use clap::{Parser, ValueEnum, ValueHint};
 use crowd_stages::Technique;
 use std::path::PathBuf;
 
-const USAGE: &str =
-    "crowdplay [OPTIONS] <PACK>\n       crowdplay --list-adapters\n       crowdplay --completions <SHELL>";
+const USAGE: &str = "crowdplay [OPTIONS] <PACK>\n       crowdplay bench [OPTIONS] --ab <NAME,...> <PACK>\n       crowdplay --list-adapters\n       crowdplay --completions <SHELL>";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -33,6 +32,9 @@ Examples:
 
   The papers' baseline, every instance at full detail with a draw of its own:
     crowdplay cast.crowdpack --headless --technique pseudo-instancing --report -
+
+  How the techniques compare on this machine (more: crowdplay bench --help):
+    crowdplay bench cast.crowdpack --ab b0,b3,bucketed
 
   A camera of your own: azimuth 30 degrees, 20 degrees above the ground, 40 m away:
     crowdplay cast.crowdpack --orbit 30,20,40

@@ -54,6 +54,14 @@ pub enum Error {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// Conditions of a bench do not hold.
+    #[error("{missed} of {of} condition(s) do not hold")]
+    Missed {
+        /// How many.
+        missed: usize,
+        /// Of how many, counts and conditions multiplied.
+        of: usize,
+    },
 }
 
 /// The pack's file, once: what the system says of files names them itself.
@@ -72,7 +80,9 @@ pub const EXIT_INPUT: u8 = 1;
 pub const EXIT_USAGE: u8 = 2;
 /// Output failed.
 pub const EXIT_OUTPUT: u8 = 3;
-/// The machine lacks a GPU (`--backend gpu`, `--adapter`) or a display (no `--headless`). 4 is `crowdbake verify`'s.
+/// A condition of `crowdplay bench --assert` does not hold.
+pub const EXIT_MISSED: u8 = 4;
+/// The machine lacks a GPU (`--backend gpu`, `--adapter`) or a display (no `--headless`).
 pub const EXIT_MACHINE: u8 = 5;
 
 impl Error {
@@ -89,6 +99,7 @@ impl Error {
             Self::Parameter { .. } => EXIT_USAGE,
             Self::Output { .. } => EXIT_OUTPUT,
             Self::Machine { .. } => EXIT_MACHINE,
+            Self::Missed { .. } => EXIT_MISSED,
         }
     }
 }
@@ -110,6 +121,7 @@ mod tests {
             (Error::Parameter { option: "--clips", found: "f".into(), allowed: "a".into() }, 2),
             (Error::Output { path, source: io() }, 3),
             (Error::Machine { what: "w".into(), remedy: "r" }, 5),
+            (Error::Missed { missed: 1, of: 2 }, 4),
         ];
         for (error, code) in table {
             assert_eq!(error.exit_code(), code, "{error}");

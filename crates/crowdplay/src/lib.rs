@@ -1,9 +1,10 @@
 //! The player: open packs, run the stages, draw, show. The thin binary is `main.rs`.
 //!
 //! `cli` holds the words, `plan` their meanings; `crowd` makes a pack into instances; `headless` and `window` show them
-//! through `gpu_backend` or `cpu_backend`; `stats` is the report. [`run`] is the whole program without the process.
+//! through `gpu_backend` or `cpu_backend`; `bench` compares techniques; `stats` is the report. [`run`] is the whole program without the process.
 
 pub mod backend;
+pub mod bench;
 pub mod camera_control;
 pub mod cli;
 pub mod cpu_backend;
@@ -55,8 +56,16 @@ pub fn run(
     stdout: &mut dyn Write,
     stderr: &mut dyn Write,
 ) -> u8 {
-    let args = match cli::Args::try_parse_from(args) {
-        Ok(args) => args,
+    let words: Vec<OsString> = args.into_iter().map(Into::into).collect();
+    let asked = match words.get(1).and_then(|word| word.to_str()) {
+        Some(bench::NAME) => bench::parse(words.into_iter().skip(1)).map(|asked| Asked::Bench(Box::new(asked))),
+        _ => cli::Args::try_parse_from(words).map(|args| Asked::Play(Box::new(args))),
+    };
+    let outcome = match asked {
+        Ok(Asked::Play(args)) => follow(&args, stdout, stderr),
+        Ok(Asked::Bench(asked)) => {
+            (*asked).and_then(|asked| bench::run(&asked, stdout, &mut Talk::new(stderr, asked.quiet)))
+        }
         Err(words) => {
             // Help and version are data; a broken pipe is success.
             let text = words.render();
@@ -64,13 +73,18 @@ pub fn run(
             return if words.use_stderr() { error::EXIT_USAGE } else { error::EXIT_DONE };
         }
     };
-    match follow(&args, stdout, stderr) {
+    match outcome {
         Ok(()) => error::EXIT_DONE,
         Err(error) => {
             let _ = writeln!(stderr, "crowdplay: error: {error}");
             error.exit_code()
         }
     }
+}
+
+enum Asked {
+    Play(Box<cli::Args>),
+    Bench(Box<Result<bench::Asked>>),
 }
 
 fn follow(args: &cli::Args, stdout: &mut dyn Write, stderr: &mut dyn Write) -> Result<()> {

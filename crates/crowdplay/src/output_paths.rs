@@ -11,6 +11,26 @@ use std::path::{Component, Path, PathBuf};
 /// # Errors
 /// [`Error::Parameter`] naming both.
 pub fn refuse_shared(plan: &Plan) -> Result<()> {
+    let mut taken = inputs(plan);
+    if let Some(report) = plan.report.as_deref().filter(|report| *report != Path::new("-")) {
+        refuse("--report", report, &places(&taken))?;
+        taken.push(("--report", report));
+    }
+    let Show::Headless(HeadlessPlan { frames, out: Some(out), .. }) = &plan.show else { return Ok(()) };
+    let taken = places(&taken);
+    let mut files = (0..*frames).filter_map(|frame| out.file_of(frame, *frames));
+    files.try_for_each(|file| refuse("--out", &file, &taken))
+}
+
+/// Refuses an output that would replace an input.
+///
+/// # Errors
+/// [`Error::Parameter`] naming both.
+pub fn refuse_inputs(plan: &Plan, option: &'static str, output: &Path) -> Result<()> {
+    if output == Path::new("-") { Ok(()) } else { refuse(option, output, &places(&inputs(plan))) }
+}
+
+fn inputs(plan: &Plan) -> Vec<(&'static str, &Path)> {
     let mut taken = vec![("the pack", plan.pack.as_path())];
     match &plan.crowd.layout {
         LayoutPlan::Named(_) => {}
@@ -20,14 +40,7 @@ pub fn refuse_shared(plan: &Plan) -> Result<()> {
     if let CameraPlan::Path { path } = &plan.camera {
         taken.push(("--camera-path", path));
     }
-    if let Some(report) = plan.report.as_deref().filter(|report| *report != Path::new("-")) {
-        refuse("--report", report, &places(&taken))?;
-        taken.push(("--report", report));
-    }
-    let Show::Headless(HeadlessPlan { frames, out: Some(out), .. }) = &plan.show else { return Ok(()) };
-    let taken = places(&taken);
-    let mut files = (0..*frames).filter_map(|frame| out.file_of(frame, *frames));
-    files.try_for_each(|file| refuse("--out", &file, &taken))
+    taken
 }
 
 /// A file that is spoken for: by whom, as it was typed, and where it lies.

@@ -205,7 +205,11 @@ impl Spread {
 impl Timings {
     /// Over all frames but the first.
     pub fn of(frames: &[Frame]) -> Self {
-        let counted = if frames.len() > 1 { &frames[1..] } else { frames };
+        Self::over(if frames.len() > 1 { &frames[1..] } else { frames })
+    }
+
+    /// Over all of them.
+    pub fn over(counted: &[Frame]) -> Self {
         let mut stages: BTreeMap<&'static str, Vec<f32>> = BTreeMap::new();
         for (stage, ms) in counted.iter().flat_map(|f| &f.stages_ms) {
             stages.entry(stage).or_default().push(*ms);

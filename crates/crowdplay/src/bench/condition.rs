@@ -1,0 +1,195 @@
+//! Conditions on what came out, as typed: `bucketed/b0 <= 0.25`.
+
+use super::rows::Row;
+use crowd_stages::Technique;
+use std::fmt;
+use std::str::FromStr;
+
+/// What a condition is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Median of whole frames, milliseconds.
+    Frame,
+    /// Their 95th percentile.
+    FrameP95,
+    /// Median of the GPU's time, milliseconds.
+    Gpu,
+    /// Everything before the draw.
+    Lod,
+    /// Its part of the GPU's time.
+    LodShare,
+    /// The draw.
+    Draw,
+    /// Triangles of the last frame.
+    Triangles,
+    /// Vertices of the last frame.
+    Vertices,
+    /// Draws of the last frame.
+    Draws,
+}
+
+impl Quantity {
+    const NAMES: [(&'static str, Self); 9] = [
+        ("frame_ms", Self::Frame),
+        ("frame_p95_ms", Self::FrameP95),
+        ("gpu_ms", Self::Gpu),
+        ("lod_ms", Self::Lod),
+        ("lod_share", Self::LodShare),
+        ("draw_ms", Self::Draw),
+        ("triangles", Self::Triangles),
+        ("vertices", Self::Vertices),
+        ("draws", Self::Draws),
+    ];
+
+    /// Its value in a row; `None` where the adapter has no timestamps.
+    pub fn of(self, row: &Row) -> Option<f64> {
+        match self {
+            Self::Frame => Some(row.frame_ms.median.into()),
+            Self::FrameP95 => Some(row.frame_ms.p95.into()),
+            Self::Gpu => row.gpu_ms.map(|spread| spread.median.into()),
+            Self::Lod => row.lod_ms.map(f64::from),
+            Self::LodShare => row.lod_share.map(f64::from),
+            Self::Draw => row.stages_ms.get("draw").map(|spread| spread.median.into()),
+            Self::Triangles => Some(row.triangles.into()),
+            Self::Vertices => Some(row.vertices.into()),
+            Self::Draws => Some(row.draws.into()),
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Comparison {
+    AtMost,
+    Below,
+    AtLeast,
+    Above,
+}
+
+impl Comparison {
+    /// The longer ones first, for they begin alike.
+    const SIGNS: [(&'static str, Self); 4] =
+        [("<=", Self::AtMost), (">=", Self::AtLeast), ("<", Self::Below), (">", Self::Above)];
+
+    fn holds(self, found: f64, limit: f64) -> bool {
+        match self {
+            Self::AtMost => found <= limit,
+            Self::Below => found < limit,
+            Self::AtLeast => found >= limit,
+            Self::Above => found > limit,
+        }
+    }
+}
+
+/// A condition: a quantity of a technique, or its ratio to another's, against a number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Condition {
+    text: String,
+    quantity: Quantity,
+    technique: Technique,
+    than: Option<Technique>,
+    comparison: Comparison,
+    limit: f64,
+}
+
+impl Condition {
+    /// Techniques it names.
+    pub fn techniques(&self) -> impl Iterator<Item = Technique> {
+        [Some(self.technique), self.than].into_iter().flatten()
+    }
+
+    /// What was found among the rows of one count, and whether the condition holds. A quantity that was not measured, or a ratio to
+    /// nothing, is not a number and holds nothing.
+    pub fn judge(&self, rows: &[Row]) -> (f64, bool) {
+        let value = |technique: Technique| {
+            let row = rows.iter().find(|row| row.technique == technique.name())?;
+            self.quantity.of(row)
+        };
+        let found = match self.than {
+            None => value(self.technique),
+            Some(than) => value(self.technique).zip(value(than)).map(|(a, b)| a / b),
+        };
+        let found = found.unwrap_or(f64::NAN);
+        (found, self.comparison.holds(found, self.limit))
+    }
+}
+
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl FromStr for Condition {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = |what: &str| format!("found {text:?}: {what}; allowed for example 'bucketed/b0 <= 0.25'");
+        let sign = |&(sign, comparison): &(&'static str, Comparison)| Some((text.split_once(sign)?, comparison));
+        let ((left, right), comparison) =
+            Comparison::SIGNS.iter().find_map(sign).ok_or_else(|| wrong("no <=, <, >= or >"))?;
+        let limit: f64 = right.trim().parse().map_err(|_| wrong("no number on the right"))?;
+        if !limit.is_finite() {
+            return Err(wrong("the number is not finite"));
+        }
+        let (name, of) = left.split_once(':').unwrap_or(("frame_ms", left));
+        let known = Quantity::NAMES.iter().find(|(known, _)| *known == name.trim());
+        let names = || Quantity::NAMES.map(|(name, _)| name).join(", ");
+        let quantity = known.ok_or_else(|| wrong(&format!("no quantity `{}` ({})", name.trim(), names())))?.1;
+        let technique = |name: &str| name.trim().parse::<Technique>().map_err(|e| wrong(&e));
+        let (technique, than) = match of.split_once('/') {
+            Some((a, b)) => (technique(a)?, Some(technique(b)?)),
+            None => (technique(of)?, None),
+        };
+        Ok(Self { text: text.trim().to_owned(), quantity, technique, than, comparison, limit })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::Spread;
+
+    fn row(technique: Technique, ms: f32) -> Row {
+        let frame_ms = Spread { median: ms, p95: 2.0 * ms, min: ms, max: 3.0 * ms };
+        Row { technique: technique.name(), frame_ms, triangles: 100, ..Row::default() }
+    }
+
+    #[test]
+    fn conditions_hold_or_do_not() {
+        let rows = [row(Technique::PseudoInstancing, 8.0), row(Technique::Bucketed, 2.0)];
+        for (text, found, holds) in [
+            ("bucketed/b0 <= 0.25", 0.25, true),
+            ("bucketed/b0 < 0.25", 0.25, false),
+            (" frame_p95_ms:bucketed/pseudo-instancing>0.2", 0.25, true),
+            ("triangles: bucketed >= 101", 100.0, false),
+            ("frame_ms:b0 <= 8", 8.0, true),
+        ] {
+            let condition: Condition = text.parse().unwrap();
+            assert_eq!(condition.judge(&rows), (found, holds), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_was_not_measured_holds_nothing() {
+        let rows = [row(Technique::Bucketed, 2.0)];
+        for text in ["lod_share:bucketed <= 1", "lod_share:bucketed > 0", "bucketed/b0 <= 9", "bucketed/b0 >= 0"] {
+            let (found, holds) = text.parse::<Condition>().unwrap().judge(&rows);
+            assert!(found.is_nan() && !holds, "{text}");
+        }
+    }
+
+    #[test]
+    fn nonsense_is_refused_with_the_reason() {
+        for (text, word) in [
+            ("bucketed/b0", "no <="),
+            ("bucketed <= fast", "no number"),
+            ("bucketed <= inf", "finite"),
+            ("speed:bucketed <= 1", "no quantity"),
+            ("b9 <= 1", "b9"),
+            ("b0/ <= 1", "found"),
+        ] {
+            let error = text.parse::<Condition>().unwrap_err();
+            assert!(error.contains(word) && error.contains("allowed"), "{text}: {error}");
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Draws the frames, in turn, and gathers the rows.
+
+use super::rows::{BenchReport, Judged, Row, SCHEMA_VERSION};
+use super::words::Asked;
+use crate::backend;
+use crate::crowd::{self, Crowd};
+use crate::gpu_backend::GpuBackend;
+use crate::gpu_device::Gpu;
+use crate::plan::{HeadlessPlan, Show};
+use crate::stats::{Frame, Spread, overflow_words};
+use crate::view::{Viewer, frame_config};
+use crate::{Error, Result, Talk};
+use crowd_stages::{DrawOptions, FrameTotals, Technique, overflow};
+use std::time::Instant;
+
+/// The stage that is not level of detail.
+const DRAW: &str = "draw";
+
+/// Measures all techniques at all counts.
+pub fn measure(asked: &Asked, talk: &mut Talk<'_>) -> Result<BenchReport> {
+    let plan = &asked.plan;
+    let gpu = backend::find_gpu(&plan.machine, talk)?.ok_or(Error::Machine {
+        what: "a bench measures a GPU, and there is none".to_owned(),
+        remedy: "install a Vulkan driver, in software if need be (on Debian: mesa-vulkan-drivers)",
+    })?;
+    let pack = crowd::open_pack(&plan.pack)?;
+    let samples = plan.machine.samples.unwrap_or(4);
+    let aspect = plan.size[0] as f32 / plan.size[1] as f32;
+    let (mut rows, mut conditions, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
+    for &count in &asked.counts {
+        let crowd_plan = crate::plan::CrowdPlan { count, ..plan.crowd.clone() };
+        let crowd = crowd::gather(&pack, &crowd_plan, aspect)?;
+        for remark in crowd.remarks.iter().filter(|remark| !warnings.contains(*remark)).cloned().collect::<Vec<_>>() {
+            talk.say(&remark);
+            warnings.push(remark);
+        }
+        let of_count = measure_count(asked, &gpu, crowd, samples, talk)?;
+        for condition in &asked.words.assert {
+            let (found, holds) = condition.judge(&of_count);
+            conditions.push(Judged { condition: condition.to_string(), count: of_count[0].count, found, holds });
+        }
+        for row in of_count.iter().filter(|row| !row.overflow.is_empty()) {
+            let warning = format!("{} at {}: did not fit: {}", row.technique, row.count, row.overflow.join(", "));
+            talk.say(&warning);
+            warnings.push(warning);
+        }
+        rows.extend(of_count);
+    }
+    Ok(BenchReport {
+        schema_version: SCHEMA_VERSION,
+        program: format!("crowdplay {}", env!("CARGO_PKG_VERSION")),
+        pack: plan.pack.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        adapter: gpu.describe(),
+        features: gpu.device.features().iter_names().map(|(name, _)| name.to_owned()).collect(),
+        size: plan.size,
+        samples,
+        alpha: plan.detail.alpha,
+        rounds: asked.words.rounds,
+        warm_up: asked.words.warm_up,
+        rows,
+        conditions,
+        warnings,
+    })
+}
+
+/// Frames of one technique.
+struct Contender {
+    technique: Technique,
+    frames: Vec<Frame>,
+    last: FrameTotals,
+    overflow: u32,
+}
+
+fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk: &mut Talk<'_>) -> Result<Vec<Row>> {
+    let plan = &asked.plan;
+    let Show::Headless(HeadlessPlan { dt_s, start_s, .. }) = plan.show else { unreachable!("a bench has no window") };
+    let viewer = Viewer::open(&plan.camera, &crowd)?;
+    let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget(Some(gpu), &crowd));
+    let mut backend = GpuBackend::new(gpu.clone(), &crowd, plan.size, samples, budget)?;
+    let new =
+        |&technique: &Technique| Contender { technique, frames: Vec::new(), last: FrameTotals::default(), overflow: 0 };
+    let mut contenders: Vec<Contender> = asked.words.ab.iter().map(new).collect();
+    let (warm_up, rounds) = (asked.words.warm_up, asked.words.rounds);
+    for round in 0..warm_up + rounds {
+        let time_s = start_s + round.saturating_sub(warm_up) as f32 * dt_s;
+        let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
+        if crowd.advance(time_s) {
+            backend.set_instances(&crowd.instances)?;
+        }
+        // Whoever comes first finds other caches and clocks than whoever comes last.
+        let first = round as usize % contenders.len();
+        for turn in 0..asked.words.ab.len() {
+            let index = (first + turn) % contenders.len();
+            let contender = &mut contenders[index];
+            let start = Instant::now();
+            let options = DrawOptions { technique: contender.technique, ..plan.detail.draw };
+            let totals = backend.draw(&config, options)?;
+            let frame_ms = start.elapsed().as_secs_f32() * 1e3;
+            if round >= warm_up {
+                contender.frames.push(Frame::new(round - warm_up, time_s, totals, frame_ms, &backend.timings_ms()));
+                contender.overflow |= totals.overflow;
+            }
+            contender.last = totals;
+        }
+    }
+    talk.say(&format!("{} instances: {rounds} frames each of {} techniques", crowd.instances.len(), contenders.len()));
+    let count = crowd.instances.len() as u32;
+    let mut rows: Vec<Row> = contenders.iter().map(|contender| row_of(contender, count, budget)).collect();
+    let base = rows[0].frame_ms.median;
+    rows.iter_mut().for_each(|row| row.frame_ratio = row.frame_ms.median / base);
+    Ok(rows)
+}
+
+fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
+    let frames = &contender.frames;
+    let timed: Vec<(f32, f32)> = frames
+        .iter()
+        .filter(|frame| !frame.stages_ms.is_empty())
+        .map(|frame| {
+            let all: f32 = frame.stages_ms.values().sum();
+            (all, all - frame.stages_ms.get(DRAW).copied().unwrap_or(0.0))
+        })
+        .collect();
+    let median = |of: &dyn Fn(&(f32, f32)) -> f32| Spread::of(timed.iter().map(of).collect()).median;
+    let has_times = !timed.is_empty();
+    let timings = crate::stats::Timings::over(frames);
+    // Drawing all at full detail is what a technique without a budget does.
+    let overflow =
+        if contender.technique.has_budget() { contender.overflow } else { contender.overflow & !overflow::BUDGET };
+    Row {
+        count,
+        technique: contender.technique.name(),
+        budget,
+        frames: frames.len() as u32,
+        frame_ms: timings.frame_ms,
+        frame_ratio: 1.0,
+        gpu_ms: has_times.then(|| Spread::of(timed.iter().map(|(all, _)| *all).collect())),
+        lod_ms: has_times.then(|| median(&|(_, lod)| *lod)),
+        lod_share: has_times.then(|| median(&|(all, lod)| if *all > 0.0 { lod / all } else { 0.0 })),
+        stages_ms: timings.stages_ms,
+        visible: contender.last.visible_count,
+        vertices: contender.last.vertex_count,
+        triangles: contender.last.triangle_count,
+        draws: contender.last.draw_count,
+        overflow: overflow_words(overflow),
+    }
+}

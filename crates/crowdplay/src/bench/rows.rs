@@ -1,0 +1,214 @@
+//! What came out of a bench: a row for each technique and count.
+
+use crate::stats::{Adapter, Spread};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// Number of the report's shape; grows when a key changes its meaning or goes.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The whole bench.
+#[derive(Debug, Clone, Serialize)]
+pub struct BenchReport {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Program and version.
+    pub program: String,
+    /// The pack's file name, without folder.
+    pub pack: String,
+    /// What drew.
+    pub adapter: Adapter,
+    /// Features of the device that a technique may use.
+    pub features: Vec<String>,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Samples a pixel.
+    pub samples: u32,
+    /// Exponent of the split.
+    pub alpha: f32,
+    /// Frames of each technique that count.
+    pub rounds: u32,
+    /// Frames of each before those.
+    pub warm_up: u32,
+    /// By count, then in the order of `--ab`.
+    pub rows: Vec<Row>,
+    /// Every condition at every count.
+    pub conditions: Vec<Judged>,
+    /// Said on standard error besides.
+    pub warnings: Vec<String>,
+}
+
+/// One technique at one count.
+#[derive(Debug, Clone, Serialize, Default, PartialEq)]
+pub struct Row {
+    /// Instances.
+    pub count: u32,
+    /// A [`crowd_stages::Technique`] by name.
+    pub technique: &'static str,
+    /// Vertices a frame: N.
+    pub budget: u32,
+    /// Frames counted.
+    pub frames: u32,
+    /// From recording to finished.
+    pub frame_ms: Spread,
+    /// Median divided by the first technique's of this count.
+    pub frame_ratio: f32,
+    /// All stages and the draw on the GPU; `None` where the adapter has no timestamps.
+    pub gpu_ms: Option<Spread>,
+    /// Median of everything before the draw: culling, levels, bucketing or reforming.
+    pub lod_ms: Option<f32>,
+    /// Its median part of the GPU's time.
+    pub lod_share: Option<f32>,
+    /// By stage.
+    pub stages_ms: BTreeMap<&'static str, Spread>,
+    /// Instances in view in the last frame.
+    pub visible: u32,
+    /// Vertices of the last frame.
+    pub vertices: u32,
+    /// Triangles of the last frame.
+    pub triangles: u32,
+    /// Draws of the last frame that drew anything.
+    pub draws: u32,
+    /// What did not fit in some frame.
+    pub overflow: Vec<&'static str>,
+}
+
+/// A condition at a count.
+#[derive(Debug, Clone, Serialize, PartialEq)]
+pub struct Judged {
+    /// As typed.
+    pub condition: String,
+    /// Instances.
+    pub count: u32,
+    /// Left side; `null` in JSON where it was not measured.
+    pub found: f64,
+    /// Whether it holds.
+    pub holds: bool,
+}
+
+/// Columns of the table for spreadsheets.
+const COLUMNS: &str = "adapter,driver,device_type,pack,width,height,samples,rounds,count,technique,budget,frame_ms_median,frame_ms_p95,\
+frame_ratio,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,vertices,triangles,draws,overflow,features";
+
+impl BenchReport {
+    /// Comma-separated values with a header; text with quotes around it.
+    pub fn to_csv(&self) -> String {
+        let quoted = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
+        let optional = |value: Option<f32>| value.map(|v| v.to_string()).unwrap_or_default();
+        let Adapter { name, driver, driver_version, device_type, .. } = &self.adapter;
+        let driver = format!("{driver} {driver_version}");
+        let mut csv = format!("{COLUMNS}\n");
+        for row in &self.rows {
+            let texts = [name, driver.trim(), device_type, &self.pack].map(quoted).join(",");
+            let [width, height] = self.size;
+            let Row { count, technique, budget, frame_ms, visible, vertices, triangles, draws, .. } = row;
+            let _ = writeln!(
+                csv,
+                "{texts},{width},{height},{},{},{count},{technique},{budget},{},{},{},{},{},{},{},{visible},{vertices},{triangles},{draws},{},{}",
+                self.samples,
+                self.rounds,
+                frame_ms.median,
+                frame_ms.p95,
+                row.frame_ratio,
+                optional(row.gpu_ms.map(|s| s.median)),
+                optional(row.gpu_ms.map(|s| s.p95)),
+                optional(row.lod_ms),
+                optional(row.lod_share),
+                quoted(&row.overflow.join(" ")),
+                quoted(&self.features.join(" ")),
+            );
+        }
+        csv
+    }
+
+    /// A table for people.
+    pub fn to_table(&self) -> String {
+        let [width, height] = self.size;
+        let mut out = format!(
+            "{} on {}, {width}x{height}, {} sample(s) a pixel, {} frames each in turn\n\n",
+            self.pack, self.adapter.name, self.samples, self.rounds
+        );
+        let _ = writeln!(
+            out,
+            "{:>9}  {:<18} {:>10} {:>9} {:>7} {:>9} {:>8} {:>8} {:>9} {:>11} {:>10} {:>7}",
+            "instances",
+            "technique",
+            "frame ms",
+            "p95",
+            "ratio",
+            "GPU ms",
+            "LOD ms",
+            "LOD %",
+            "visible",
+            "triangles",
+            "vertices",
+            "draws"
+        );
+        let number = |value: Option<f32>, digits: usize| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
+        for row in &self.rows {
+            let _ = writeln!(
+                out,
+                "{:>9}  {:<18} {:>10.2} {:>9.2} {:>7.3} {:>9} {:>8} {:>8} {:>9} {:>11} {:>10} {:>7}",
+                row.count,
+                row.technique,
+                row.frame_ms.median,
+                row.frame_ms.p95,
+                row.frame_ratio,
+                number(row.gpu_ms.map(|s| s.median), 2),
+                number(row.lod_ms, 3),
+                number(row.lod_share.map(|share| share * 100.0), 2),
+                row.visible,
+                row.triangles,
+                row.vertices,
+                row.draws
+            );
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report() -> BenchReport {
+        let row = Row { count: 8, technique: "reform", overflow: vec!["budget", "vertices"], ..Row::default() };
+        let timed =
+            Row { technique: "bucketed", lod_ms: Some(0.5), gpu_ms: Some(Spread::of(vec![2.0])), ..row.clone() };
+        BenchReport {
+            schema_version: SCHEMA_VERSION,
+            program: String::new(),
+            pack: "a,\"b\".crowdpack".to_owned(),
+            adapter: Adapter { name: "card, fast".to_owned(), ..Adapter::default() },
+            features: vec!["A".to_owned(), "B".to_owned()],
+            size: [64, 32],
+            samples: 1,
+            alpha: 3.0,
+            rounds: 4,
+            warm_up: 1,
+            rows: vec![row, timed],
+            conditions: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn every_row_has_every_column() {
+        let csv = report().to_csv();
+        // Commas within quotes are text.
+        let columns = |line: &str| line.split('"').step_by(2).map(|part| part.matches(',').count()).sum::<usize>();
+        let lines: Vec<&str> = csv.lines().collect();
+        assert_eq!(lines.len(), 3);
+        assert!(lines.iter().all(|line| columns(line) == COLUMNS.matches(',').count()), "{csv}");
+        assert!(lines[1].starts_with("\"card, fast\",") && lines[1].contains("\"a,\"\"b\"\".crowdpack\""), "{csv}");
+    }
+
+    #[test]
+    fn the_table_says_what_was_not_measured() {
+        let table = report().to_table();
+        let lines: Vec<&str> = table.lines().skip(2).collect();
+        assert!(lines[1].contains("reform") && lines[1].contains(" - "), "{table}");
+        assert!(lines[2].contains("bucketed") && lines[2].contains("0.500"), "{table}");
+    }
+}

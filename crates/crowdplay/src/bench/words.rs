@@ -1,0 +1,195 @@
+//! The words of `crowdplay bench`: those of the player that say what is seen, and its own.
+
+use super::condition::Condition;
+use crate::cli::{Args, techniques};
+use crate::plan::{self, Plan};
+use crate::{Error, Result};
+use clap::parser::ValueSource;
+use clap::{Args as _, CommandFactory, FromArgMatches, ValueHint};
+use crowd_stages::Technique;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// The first word that asks for a bench.
+pub const NAME: &str = "bench";
+
+const USAGE: &str = "crowdplay bench [OPTIONS] --ab <NAME,...> <PACK>";
+
+const EXAMPLES: &str = "\
+Examples:
+  The papers' baseline, their method and ours, 8192 instances:
+    crowdplay bench cast.crowdpack --ab b0,b3,bucketed --count 8192
+
+  How each grows with the crowd, as a table for a spreadsheet:
+    crowdplay bench cast.crowdpack --ab b0,b3,bucketed --counts 32,512,8192 --csv growth.csv
+
+  A pipeline that fails when ours is not four times as fast as the baseline, or level of detail costs too much:
+    crowdplay bench cast.crowdpack --ab b0,bucketed --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665'
+
+Conditions: [QUANTITY:]A/B OP NUMBER, or [QUANTITY:]A OP NUMBER; A and B are techniques of --ab, OP is <=, <, >= or >. They must hold at
+every count. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything before the draw), lod_share (its
+part of gpu_ms), draw_ms, triangles, vertices, draws.
+
+Exit codes: those of the player, and 4 when a condition does not hold.";
+
+/// Words of the player that mean nothing here.
+const FOREIGN: [&str; 7] = ["headless", "frames", "out", "report", "technique", "list_adapters", "completions"];
+
+/// What only a bench is asked.
+#[derive(Debug, Clone, clap::Args)]
+pub struct BenchWords {
+    /// Techniques that draw in turn, by name: b0, b3, bucketed, ...; the first is what the others are compared with
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true, value_parser = techniques(),
+          help_heading = "Bench")]
+    pub ab: Vec<Technique>,
+
+    /// Frames of each technique that count
+    #[arg(long, default_value_t = 60, value_name = "ROUNDS", value_parser = clap::value_parser!(u32).range(1..=100_000),
+          help_heading = "Bench")]
+    pub rounds: u32,
+
+    /// Frames of each technique before those, not counted: they compile shaders and fill caches
+    #[arg(long, default_value_t = 3, value_name = "ROUNDS", value_parser = clap::value_parser!(u32).range(1..=1000),
+          help_heading = "Bench")]
+    pub warm_up: u32,
+
+    /// Sizes of the crowd, one after another, instead of --count
+    #[arg(long, value_name = "COUNT,...", value_delimiter = ',', conflicts_with = "count",
+          value_parser = clap::value_parser!(u32).range(1..=4_000_000), help_heading = "Bench")]
+    pub counts: Vec<u32>,
+
+    /// One row for each technique and count, comma-separated; - for standard output
+    #[arg(long, value_name = "CSV", value_hint = ValueHint::FilePath, help_heading = "Bench")]
+    pub csv: Option<PathBuf>,
+
+    /// Everything, as JSON; - for standard output
+    #[arg(long, value_name = "JSON", value_hint = ValueHint::FilePath, help_heading = "Bench")]
+    pub json: Option<PathBuf>,
+
+    /// A condition that must hold, or exit code 4; may be given several times
+    #[arg(long, value_name = "CONDITION", help_heading = "Bench")]
+    pub assert: Vec<Condition>,
+}
+
+/// A bench as asked for.
+#[derive(Debug)]
+pub struct Asked {
+    /// Its own words.
+    pub words: BenchWords,
+    /// What is seen.
+    pub plan: Plan,
+    /// Sizes of the crowd.
+    pub counts: Vec<u32>,
+    /// Say nothing but errors.
+    pub quiet: bool,
+}
+
+/// The words for clap: the player's without those that make no sense here, and the bench's.
+pub fn command() -> clap::Command {
+    let mut command = Args::command()
+        .name("crowdplay bench")
+        .bin_name("crowdplay bench")
+        .about("Draw a crowd with several techniques in turn and compare their times")
+        .override_usage(USAGE)
+        .after_help(EXAMPLES);
+    for id in FOREIGN {
+        command = command.mut_arg(id, |arg| arg.hide(true));
+    }
+    BenchWords::augment_args(command)
+}
+
+/// Reads the words after `crowdplay bench`; the first is ignored, as a program's name is.
+///
+/// # Errors
+/// Clap's, for words it does not know.
+pub fn parse(words: impl IntoIterator<Item = OsString>) -> std::result::Result<Result<Asked>, clap::Error> {
+    let matches = command().try_get_matches_from(words)?;
+    let mut args = Args::from_arg_matches(&matches)?;
+    let words = BenchWords::from_arg_matches(&matches)?;
+    let typed = |id: &&'static str| matches.value_source(id) == Some(ValueSource::CommandLine);
+    if let Some(id) = FOREIGN.into_iter().find(typed) {
+        let what = format!("--{} is a word of the player, not of bench\n", id.replace('_', "-"));
+        return Err(command().error(clap::error::ErrorKind::ArgumentConflict, what));
+    }
+    args.headless = true;
+    Ok(decide(&args, words))
+}
+
+fn decide(args: &Args, words: BenchWords) -> Result<Asked> {
+    for (i, technique) in words.ab.iter().enumerate() {
+        if words.ab[..i].contains(technique) {
+            return Err(refused("--ab", format!("{technique} twice"), "each technique once"));
+        }
+    }
+    for condition in &words.assert {
+        if let Some(missing) = condition.techniques().find(|technique| !words.ab.contains(technique)) {
+            return Err(refused("--assert", format!("{missing} in {condition:?}"), "techniques of --ab"));
+        }
+    }
+    let to_stdout = [&words.csv, &words.json].into_iter().flatten().filter(|path| *path == Path::new("-"));
+    if to_stdout.count() > 1 || (words.csv.is_some() && words.csv == words.json) {
+        return Err(refused("--json", "the place of --csv".to_owned(), "a place of its own"));
+    }
+    let counts = if words.counts.is_empty() { vec![args.count] } else { words.counts.clone() };
+    let plan = plan::plan(args)?;
+    for (option, path) in [("--csv", &words.csv), ("--json", &words.json)] {
+        if let Some(path) = path {
+            crate::output_paths::refuse_inputs(&plan, option, path)?;
+        }
+    }
+    Ok(Asked { plan, counts, quiet: args.quiet, words })
+}
+
+fn refused(option: &'static str, found: String, allowed: &str) -> Error {
+    Error::Parameter { option, found, allowed: allowed.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(words: &[&str]) -> std::result::Result<Result<Asked>, clap::Error> {
+        parse(["bench"].iter().chain(words).map(OsString::from))
+    }
+
+    #[test]
+    fn the_words_are_consistent() {
+        command().debug_assert();
+    }
+
+    #[test]
+    fn a_bench_has_the_players_scene_and_its_own_words() {
+        let words =
+            ["p", "--ab", "b0,bucketed", "--layout", "street", "--counts", "8,64", "--assert", "bucketed/b0<=0.5"];
+        let asked = parsed(&words).unwrap().unwrap();
+        assert_eq!(asked.words.ab, [Technique::PseudoInstancing, Technique::Bucketed]);
+        assert_eq!(asked.counts, [8, 64]);
+        assert_eq!(asked.plan.crowd.layout, plan::LayoutPlan::Named(crowd_scene::Layout::Street));
+        assert_eq!(parsed(&["p", "--ab", "b3", "--count", "7"]).unwrap().unwrap().counts, [7]);
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        let usage: &[&[&str]] = &[
+            &["p"],
+            &["--ab", "b0"],
+            &["p", "--ab", "b9"],
+            &["p", "--ab", "b0", "--headless"],
+            &["p", "--ab", "b0", "--technique", "b3"],
+            &["p", "--ab", "b0", "--count", "5", "--counts", "6"],
+            &["p", "--ab", "b0", "--assert", "b0 == 1"],
+        ];
+        for words in usage {
+            assert!(parsed(words).is_err(), "{words:?}");
+        }
+        let refused: &[&[&str]] = &[
+            &["p", "--ab", "b0,b0"],
+            &["p", "--ab", "b0", "--assert", "b3/b0 < 1"],
+            &["p", "--ab", "b0", "--csv", "-", "--json", "-"],
+            &["p", "--ab", "b0", "--csv", "p"],
+        ];
+        for words in refused {
+            assert!(parsed(words).unwrap().is_err(), "{words:?}");
+        }
+    }
+}
