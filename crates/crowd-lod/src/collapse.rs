@@ -34,7 +34,7 @@ const PROGRESS_STEPS: usize = 512;
 /// The collapses in the order performed. Step `i` drops `dropped[ends..]` and so on: prefix ends, one per step.
 #[derive(Debug, Default)]
 pub(crate) struct Steps {
-    /// Mean squared distance of each step, m².
+    /// Mean squared distance of each step, what vanished in it included, m².
     pub costs: Vec<f32>,
     /// Variants no triangle uses after their step, each with the variant that stands for it.
     pub dropped: Vec<(u32, u32)>,
@@ -131,6 +131,15 @@ struct Run<'a> {
     grown: Vec<u32>,
     queue: BinaryHeap<Entry>,
     steps: Steps,
+}
+
+/// What vanishes in a collapse.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lost {
+    /// Area times squared distance, m² times m².
+    cost: f32,
+    /// Area of the places that are left without any triangle, but for the two that meet, m².
+    area: f32,
 }
 
 /// Room to work in, kept between evaluations.
@@ -350,25 +359,26 @@ impl Run<'_> {
             Criteria::Wedge => {
                 let turned = self.rules.charge(topology, split, u, spokes, edge, moved)?;
                 let pressed = self.surface.gaps.charge(topology, u, edge.to);
-                Ok(turned + pressed + self.charge_lost(u, edge.to, on_edge)?)
+                Ok(turned + pressed + self.charge_lost(u, edge.to, on_edge)?.cost)
             }
         }
     }
 
     /// What it costs that places are left without any triangle: what they stood for is then as far away as the target, or, when the target
     /// goes too, as what lies behind the part.
-    fn charge_lost(&self, u: u32, t: u32, on_edge: &[u32]) -> Result<f32, Obstacle> {
+    fn charge_lost(&self, u: u32, t: u32, on_edge: &[u32]) -> Result<Lost, Obstacle> {
         let Surface { topology, quadrics, .. } = &self.surface;
         let dies = |triangle: u32| topology.touches(triangle, u) && topology.touches(triangle, t);
         let u_moves_nothing = topology.valence(u) == on_edge.len();
         let target_lost = u_moves_nothing && topology.valence(t) == on_edge.len();
-        let mut cost = 0.0;
+        let (mut cost, mut area) = (0.0, 0.0);
         for (i, &triangle) in on_edge.iter().enumerate() {
             let c = topology.third(triangle, u, t);
             let seen = on_edge[..i].iter().any(|&other| topology.touches(other, c));
             if seen || topology.valence(c) > on_edge.len() || !topology.around(c).all(dies) {
                 continue;
             }
+            area += quadrics.area(c);
             cost +=
                 if target_lost { self.lost[c as usize] } else { quadrics.area(c) * quadrics.distance_squared(c, t) };
         }
@@ -380,7 +390,18 @@ impl Run<'_> {
         } else if u_moves_nothing {
             cost += quadrics.area(u) * quadrics.distance_squared(u, t);
         }
-        Ok(cost)
+        Ok(Lost { cost, area })
+    }
+
+    /// What a collapse has cost by now, for each square metre that it concerns: shape, and what vanishes.
+    fn mean_cost(&self, u: u32, t: u32, move_cost: f32, on_edge: &[u32]) -> f32 {
+        let quadrics = &self.surface.quadrics;
+        let lost = match self.rules.criteria() {
+            Criteria::Wedge => self.charge_lost(u, t, on_edge).unwrap_or_default(),
+            Criteria::Peng2011 => Lost::default(),
+        };
+        let area = quadrics.merged_area(u, t) + lost.area;
+        if area > 0.0 { (quadrics.total_cost(move_cost, t) + lost.cost) / area } else { 0.0 }
     }
 
     /// Moves `u` to `t` and logs the step.
@@ -389,9 +410,7 @@ impl Run<'_> {
             Some(&(_, cost)) => cost,
             None => self.surface.quadrics.move_cost(u, t),
         };
-        let area = self.surface.quadrics.merged_area(u, t);
-        let mean = if area > 0.0 { self.surface.quadrics.total_cost(move_cost, t) / area } else { 0.0 };
-        self.steps.costs.push(mean);
+        self.steps.costs.push(self.mean_cost(u, t, move_cost, dying));
 
         self.surface.gaps.follow(self.surface.topology, u, t);
         let images = self.settle_images(t, moved);

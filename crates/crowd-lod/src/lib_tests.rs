@@ -313,6 +313,24 @@ fn a_far_part_outlives_one_that_lies_on_another() {
     assert!(far < 100, "{far}");
 }
 
+/// A ball of 5 cm that vanishes 2 m beside a large one is an error of 2 m over its area; as long as it only loses triangles, of less than its size.
+#[test]
+fn an_error_knows_what_vanished() {
+    let mut mesh = uv_sphere(24, 16);
+    let mut ball = uv_sphere(8, 6);
+    ball.positions.iter_mut().for_each(|p| *p = [p[0] * 0.05 + 3.0, p[1] * 0.05, p[2] * 0.05]);
+    mesh.append(&ball);
+    let order = simplify_checked(&mesh, &TestPoses::rest(), &quick());
+    let keeps = |level: &crate::Level| {
+        let kept = reform(&order.triangles, &order.collapse_map, level.vertex_count, level.triangle_count);
+        kept.iter().any(|t| t.iter().all(|&v| mesh.positions[order.vertex_source[v as usize] as usize][0] > 2.0))
+    };
+    let vanished = order.levels.iter().rposition(|level| !keeps(level)).expect("the ball vanishes in the end");
+    let (without, with) = (order.levels[vanished], order.levels[vanished + 1]);
+    assert!(with.error_m < 1.0, "{with:?}");
+    assert!((1.9..2.4).contains(&without.error_m), "{without:?} {with:?}");
+}
+
 /// A fan of many triangles around one hub must not cost their square.
 #[test]
 fn hub_with_many_triangles_is_quick() {

@@ -256,7 +256,11 @@ pub struct Level {
     pub vertex_count: u32,
     /// Triangles: the paper's q(k).
     pub triangle_count: u32,
-    /// Root of the largest mean squared plane distance paid so far, metres: the quadric's own estimate, not a bound.
+    /// Root of the largest mean squared distance paid by any collapse so far, metres: an estimate, not a bound.
+    ///
+    /// The mean is over the area concerned and over frames, with 0.2 of the worst frame added under [`Criteria::Wedge`].
+    /// Distances are those to the planes of full detail; of what vanished, to what shows in its place, with the difference in
+    /// colour counted as a distance.
     pub error_m: f32,
 }
 
