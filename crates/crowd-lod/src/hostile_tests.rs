@@ -1,13 +1,13 @@
 //! Meshes and poses that no modeller would make: each ends in levels that can be drawn, or in an error with a name.
 
-use crate::test_meshes::{REST, TestMesh, TestPoses, quick, uv_sphere};
+use crate::test_meshes::{REST, TestMesh, TestPoses, in_order, quick, uv_sphere};
 use crate::{CollapseOrder, Criteria, LodOptions, Mat3x4, find_layers, measure_interpenetration, reform, simplify};
-use crate::{Error, LayeredMesh};
+use crate::{Error, LayeredMesh, LevelSurface, geometric_levels, measure_surfaces};
 use proptest::prelude::*;
 
 /// Panics unless every level can be drawn: indices within it, three corners at three places each, numbers that are
-/// numbers, counts that add up.
-fn check_levels(mesh: &TestMesh, order: &CollapseOrder) {
+/// numbers, counts that add up, measures that are finite.
+fn check_levels(mesh: &TestMesh, poses: &TestPoses, order: &CollapseOrder) {
     let full = order.levels.last().expect("full detail is a level");
     assert_eq!(full.triangle_count as usize, order.triangles.len());
     let dropped = order.seams.degenerate_triangle_count + order.seams.duplicate_triangle_count;
@@ -24,15 +24,23 @@ fn check_levels(mesh: &TestMesh, order: &CollapseOrder) {
             }
         }
     }
-    for measured in &order.measured {
-        assert!(measured.error.rms_m.is_finite() && measured.error.max_m.is_finite(), "{measured:?}");
+    let measured: Vec<Vec<[u32; 3]>> = geometric_levels(&order.levels, 3)
+        .into_iter()
+        .map(|i| order.levels[i])
+        .map(|level| reform(&order.triangles, &order.collapse_map, level.vertex_count, level.triangle_count))
+        .collect();
+    let measured: Vec<LevelSurface<'_>> = measured.iter().map(|level| LevelSurface::Shared(level)).collect();
+    let ordered = in_order(mesh, order);
+    let texels = vec![[64.0; 2]; ordered.positions.len()];
+    for error in measure_surfaces(&ordered.surface(), &texels, &measured, &poses.poses(), 2, 50) {
+        let numbers = [error.rms_m, error.max_m, error.bound_m, error.uv_drift_p95_texels, error.normal_mean_deg];
+        assert!(numbers.iter().all(|number| number.is_finite()), "{error:?}");
     }
 }
 
 fn simplified(mesh: &TestMesh, poses: &TestPoses) -> CollapseOrder {
-    let options = LodOptions { measured_levels: 3, samples_per_frame: 50, ..LodOptions::default() };
-    let order = simplify(&mesh.mesh(), &poses.poses(), &options, &|_| ()).expect("the mesh is odd, not wrong");
-    check_levels(mesh, &order);
+    let order = simplify(&mesh.mesh(), &poses.poses(), &quick(), &|_| ()).expect("the mesh is odd, not wrong");
+    check_levels(mesh, poses, &order);
     order
 }
 
@@ -126,10 +134,10 @@ fn each_oddity_is_kept_or_counted() {
     ];
     for (what, mesh, poses, counts) in cases {
         for criteria in [Criteria::Wedge, Criteria::Peng2011] {
-            let options = LodOptions { criteria, measured_levels: 2, ..LodOptions::default() };
+            let options = LodOptions { criteria, ..LodOptions::default() };
             let order = simplify(&mesh.mesh(), &poses.poses(), &options, &|_| ())
                 .unwrap_or_else(|error| panic!("{what}: {error}"));
-            check_levels(&mesh, &order);
+            check_levels(&mesh, &poses, &order);
             let s = &order.seams;
             let found = [
                 s.degenerate_triangle_count,
@@ -215,10 +223,10 @@ proptest! {
         }
         let poses = TestPoses::even(palettes.concat(), 3);
         let criteria = if paper { Criteria::Peng2011 } else { Criteria::Wedge };
-        let options = LodOptions { criteria, measured_levels: 2, samples_per_frame: 20, ..LodOptions::default() };
+        let options = LodOptions { criteria, ..LodOptions::default() };
         match simplify(&mesh.mesh(), &poses.poses(), &options, &|_| ()) {
             Ok(order) => {
-                check_levels(&mesh, &order);
+                check_levels(&mesh, &poses, &order);
                 let layers = find_layers(&mesh.positions, &mesh.triangles);
                 let full = LayeredMesh {
                     positions: &mesh.positions,

@@ -1,4 +1,4 @@
-//! A mesh and its poses in, a collapse order with measured errors out.
+//! A mesh and its poses in, a collapse order out, and how far its levels lie from full detail.
 //!
 //! Follows Peng, Park, Cao, Tian 2011 §4: split vertices along UV seams, classify them as fixed, companioned or regular,
 //! collapse half-edges in the order of a quadric error averaged over all frames of all clips. The default criteria charge
@@ -83,7 +83,6 @@ pub fn simplify(
     validate::validate_mesh(mesh)?;
     validate::validate_poses(mesh, poses)?;
     let weights = frames::multiply_weights(poses.frame_weights, &options.frame_factors)?;
-    let all_poses = poses;
     let poses = &LodPoses { frame_weights: &weights, ..*poses };
     let split = split_seams::split_seams(mesh);
     let classes = classify::classify_wedges(&split);
@@ -105,7 +104,6 @@ pub fn simplify(
     };
     report.used = chosen.frames.len() as u32;
     order.frames = report;
-    order.measured = measure::measure_levels(mesh, all_poses, &order, options);
     Ok(order)
 }
 

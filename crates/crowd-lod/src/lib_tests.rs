@@ -207,25 +207,6 @@ fn averaged_cost_keeps_the_elbow() {
 }
 
 #[test]
-fn measured_levels_are_levels_and_grow_with_detail_lost() {
-    let mesh = uv_sphere(32, 24);
-    let options = LodOptions { measured_levels: 6, ..LodOptions::default() };
-    let order = simplify(&mesh.mesh(), &TestPoses::rest().poses(), &options, &|_| ()).expect("a valid mesh");
-    assert_eq!(order.measured.len(), 6);
-    assert_eq!(order.measured[0].triangle_count, order.levels[0].triangle_count);
-    for pair in order.measured.windows(2) {
-        assert!(pair[0].triangle_count < pair[1].triangle_count);
-        assert!(pair[0].error.rms_m > pair[1].error.rms_m, "{:?}", order.measured);
-    }
-    for measured in &order.measured {
-        let level = |l: &&crate::Level| l.vertex_count == measured.vertex_count;
-        let level = order.levels.iter().find(level).expect("a measured level is a level");
-        assert_eq!(level.triangle_count, measured.triangle_count);
-        assert!(measured.error.max_m >= measured.error.rms_m);
-    }
-}
-
-#[test]
 fn same_bytes_for_any_thread_count() {
     let mesh = elbow();
     let clip = bending(6.0, 1.5, 11);
@@ -234,7 +215,7 @@ fn same_bytes_for_any_thread_count() {
         pool.install(|| simplify(&mesh.mesh(), &clip.poses(), &LodOptions::default(), &|_| ())).expect("a valid mesh")
     };
     let one = run(1);
-    assert!(!one.measured.is_empty());
+    assert!(one.frames.check.is_none() && one.levels.len() > 100);
     assert_eq!(run(2), one);
     assert_eq!(run(8), one);
 }
@@ -253,7 +234,7 @@ fn progress_rises_to_one() {
 #[test]
 fn nothing_simplifies_to_nothing() {
     let order = simplify_checked(&TestMesh::default(), &TestPoses::rest(), &LodOptions::default());
-    assert_eq!((order.levels.len(), order.levels[0].triangle_count, order.measured.len()), (1, 0, 0));
+    assert_eq!((order.levels.len(), order.levels[0].triangle_count), (1, 0));
 }
 
 #[test]

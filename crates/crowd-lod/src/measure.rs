@@ -3,7 +3,7 @@
 use crate::closest::ClosestTriangles;
 use crate::frames::draw_evenly;
 use crate::quadrics::{cross, dot, pose_position, sub};
-use crate::{CollapseOrder, LodMesh, LodOptions, LodPoses, Mat3x4, MeasuredError, MeasuredLevel, reform};
+use crate::{LodPoses, Mat3x4, MeasuredError};
 use rayon::prelude::*;
 
 /// Measures how far a level lies from full detail: two-sided closest-point distance over the poses given.
@@ -28,63 +28,9 @@ pub fn measure_level(
     measure_frames(&vertices, triangles, &[level_triangles], poses, &frames, samples_per_frame)[0]
 }
 
-/// Frames, rising, that [`crate::simplify`] measures its levels on: all, or `limit` drawn evenly along the weights.
-///
-/// Whoever measures a level again on these frames gets the same numbers.
+/// Frames to measure levels on, rising: all, or `limit` drawn evenly along the weights.
 pub fn measured_frames(frame_weights: &[f32], limit: u32) -> Vec<usize> {
     draw_evenly(frame_weights, limit as usize).into_iter().map(|(frame, _)| frame).collect()
-}
-
-/// Measures some levels of an order, spread evenly in log(triangles), coarsest first.
-pub(crate) fn measure_levels(
-    mesh: &LodMesh<'_>,
-    poses: &LodPoses<'_>,
-    order: &CollapseOrder,
-    options: &LodOptions,
-) -> Vec<MeasuredLevel> {
-    let chosen = choose_levels(order, options.measured_levels);
-    if chosen.is_empty() || options.measured_frames == 0 || options.samples_per_frame == 0 {
-        return Vec::new();
-    }
-    let source = |i: usize| order.vertex_source[i] as usize;
-    let count = order.vertex_source.len();
-    let positions: Vec<_> = (0..count).map(|i| mesh.positions[source(i)]).collect();
-    let joints: Vec<_> = (0..count).map(|i| mesh.joints[source(i)]).collect();
-    let weights: Vec<_> = (0..count).map(|i| mesh.weights[source(i)]).collect();
-    let vertices = Vertices { positions: &positions, joints: &joints, weights: &weights };
-    let reformed: Vec<Vec<[u32; 3]>> = chosen
-        .iter()
-        .map(|&i| {
-            let level = order.levels[i];
-            reform(&order.triangles, &order.collapse_map, level.vertex_count, level.triangle_count)
-        })
-        .collect();
-    let sides: Vec<&[[u32; 3]]> = reformed.iter().map(Vec::as_slice).collect();
-    let frames = measured_frames(poses.frame_weights, options.measured_frames);
-    let errors = measure_frames(&vertices, &order.triangles, &sides, poses, &frames, options.samples_per_frame);
-    let measured = |(&i, error): (&usize, MeasuredError)| {
-        let level = order.levels[i];
-        MeasuredLevel { vertex_count: level.vertex_count, triangle_count: level.triangle_count, error }
-    };
-    chosen.iter().zip(errors).map(measured).collect()
-}
-
-/// Levels to measure: the coarsest, then even steps in log(triangles) short of full detail.
-fn choose_levels(order: &CollapseOrder, count: u32) -> Vec<usize> {
-    let (Some(first), Some(last)) = (order.levels.first(), order.levels.last()) else { return Vec::new() };
-    if first.triangle_count == 0 {
-        return Vec::new();
-    }
-    let ratio = f64::from(last.triangle_count) / f64::from(first.triangle_count);
-    let mut chosen: Vec<usize> = (0..count)
-        .map(|i| {
-            let share = f64::from(i) / f64::from(count);
-            let wanted = f64::from(first.triangle_count) * libm::pow(ratio, share);
-            order.levels.partition_point(|level| f64::from(level.triangle_count) <= wanted + 0.5).max(1) - 1
-        })
-        .collect();
-    chosen.dedup();
-    chosen
 }
 
 struct Vertices<'a> {

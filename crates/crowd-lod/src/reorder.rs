@@ -38,7 +38,6 @@ pub(crate) fn reorder_by_collapse(
         triangle_source: triangle_order.iter().map(|&t| split.triangle_source[t as usize]).collect(),
         collapse_map,
         levels: list_levels(split, steps),
-        measured: Vec::new(),
         seams,
         blocked: steps.blocked,
         obstacles: kept

@@ -231,10 +231,25 @@ pub(crate) fn cube(n: usize) -> TestMesh {
 }
 
 pub(crate) fn quick() -> LodOptions {
-    LodOptions { measured_levels: 0, ..LodOptions::default() }
+    LodOptions::default()
 }
 
-/// Simplifies without measuring and checks that every level is what it should be.
+/// The mesh with its vertices in the order's sequence, as levels share them.
+pub(crate) fn in_order(mesh: &TestMesh, order: &CollapseOrder) -> TestMesh {
+    let places = || order.vertex_source.iter().map(|&v| v as usize);
+    TestMesh {
+        positions: places().map(|v| mesh.positions[v]).collect(),
+        normals: order.normal_source.iter().map(|&v| mesh.normals[v as usize]).collect(),
+        uvs: order.attribute_source.iter().map(|&v| mesh.uvs[v as usize]).collect(),
+        colors: order.attribute_source.iter().map(|&v| mesh.colors[v as usize]).collect(),
+        joints: places().map(|v| mesh.joints[v]).collect(),
+        weights: places().map(|v| mesh.weights[v]).collect(),
+        triangles: order.triangles.clone(),
+        materials: order.triangle_source.iter().map(|&t| mesh.materials[t as usize]).collect(),
+    }
+}
+
+/// Simplifies and checks that every level is what it should be.
 pub(crate) fn simplify_checked(mesh: &TestMesh, poses: &TestPoses, options: &LodOptions) -> CollapseOrder {
     let order = simplify(&mesh.mesh(), &poses.poses(), options, &|_| ()).expect("the test mesh is valid");
     check_order(mesh, poses, &order, options.criteria);

@@ -111,7 +111,7 @@ pub enum FrameChoice {
 }
 
 /// Knobs of [`crate::simplify`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct LodOptions {
     /// Which collapses are allowed.
     pub criteria: Criteria,
@@ -119,29 +119,8 @@ pub struct LodOptions {
     pub attribute_weights: AttributeWeights,
     /// Which frames count.
     pub frames: FrameChoice,
-    /// Factors on the weights of the frames in the costs, one a frame, 0 or more, not all 0; empty for none. Measuring
-    /// leaves them out, so that figures of bakes with and without can be compared.
+    /// Factors on the weights of the frames in the costs, one a frame, 0 or more, not all 0; empty for none.
     pub frame_factors: Vec<f32>,
-    /// How many levels are measured against full detail, spread evenly in log(triangles). 0 measures none.
-    pub measured_levels: u32,
-    /// Frames used for measuring, spread evenly over the poses.
-    pub measured_frames: u32,
-    /// Points a side and frame used for measuring.
-    pub samples_per_frame: u32,
-}
-
-impl Default for LodOptions {
-    fn default() -> Self {
-        Self {
-            criteria: Criteria::Wedge,
-            attribute_weights: AttributeWeights::default(),
-            frames: FrameChoice::Auto,
-            frame_factors: Vec::new(),
-            measured_levels: 16,
-            measured_frames: 8,
-            samples_per_frame: 1000,
-        }
-    }
 }
 
 /// Peng 2011 §4.2.
@@ -213,8 +192,6 @@ pub struct CollapseOrder {
     /// All levels, coarsest first; the last is full detail. Between two entries no vertex count is a level: companions
     /// go together.
     pub levels: Vec<Level>,
-    /// Levels that were measured, coarsest first.
-    pub measured: Vec<MeasuredLevel>,
     /// Seams and classes.
     pub seams: SeamReport,
     /// Why the coarsest level goes no further.
@@ -262,17 +239,6 @@ pub struct Level {
     /// Distances are those to the planes of full detail; of what vanished, to what shows in its place, with the difference in
     /// colour counted as a distance.
     pub error_m: f32,
-}
-
-/// A level measured against full detail.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct MeasuredLevel {
-    /// Vertices.
-    pub vertex_count: u32,
-    /// Triangles.
-    pub triangle_count: u32,
-    /// What was measured.
-    pub error: MeasuredError,
 }
 
 /// Two-sided closest-point distance over frames.

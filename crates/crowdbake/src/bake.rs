@@ -140,9 +140,6 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         frames: entry.frames,
         frame_factors,
         attribute_weights: entry.attribute_weights,
-        // The levels step measures.
-        measured_levels: 0,
-        ..LodOptions::default()
     };
     let triangle_materials = views::triangle_materials(&raw.mesh);
     let shown = ShownTextures::of(&raw, &triangle_materials);

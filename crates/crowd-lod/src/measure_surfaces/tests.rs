@@ -1,5 +1,5 @@
 use super::*;
-use crate::test_meshes::{REST, TestMesh, TestPoses, grid, quick, simplify_checked, tube, uv_sphere};
+use crate::test_meshes::{REST, TestMesh, TestPoses, grid, in_order, quick, simplify_checked, tube, uv_sphere};
 use crate::{level_mesh, measured_frames, reform, worst_frames};
 
 impl TestMesh {
@@ -140,17 +140,7 @@ fn the_bound_holds_in_every_frame_and_is_not_loose() {
     let chosen = crate::geometric_levels(&order.levels, 12);
 
     // Measured as a bake does: shared vertices, few frames.
-    let source = |values: &[[f32; 3]]| order.vertex_source.iter().map(|&v| values[v as usize]).collect::<Vec<_>>();
-    let ordered = TestMesh {
-        positions: source(&mesh.positions),
-        normals: source(&mesh.normals),
-        uvs: order.attribute_source.iter().map(|&v| mesh.uvs[v as usize]).collect(),
-        colors: Vec::new(),
-        joints: order.vertex_source.iter().map(|&v| mesh.joints[v as usize]).collect(),
-        weights: order.vertex_source.iter().map(|&v| mesh.weights[v as usize]).collect(),
-        triangles: order.triangles.clone(),
-        materials: Vec::new(),
-    };
+    let ordered = in_order(&mesh, &order);
     let reformed: Vec<Vec<[u32; 3]>> = chosen[..chosen.len() - 1]
         .iter()
         .map(|&i| {

@@ -15,7 +15,7 @@ pub(super) fn make_levels(
     targets: &[u32],
 ) -> Result<Vec<Option<MadeLevel>>, crowd_lod::Error> {
     let criteria = if contender == Contender::Peng2011 { Criteria::Peng2011 } else { Criteria::Wedge };
-    let options = LodOptions { criteria, measured_levels: 0, ..LodOptions::default() };
+    let options = LodOptions { criteria, ..LodOptions::default() };
     let shown = ShownTextures::of(&subject.raw, &subject.triangle_materials);
     let mesh = lod_mesh(&subject.raw, &subject.mesh, &subject.triangle_materials, &shown);
     let joint_count = subject.raw.joints.len();
