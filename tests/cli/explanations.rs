@@ -50,7 +50,7 @@ fn an_open_triangle_says_that_it_is_open() {
 #[test]
 fn what_is_counted_by_cause_by_place_and_by_obstacle_is_the_same() {
     for criteria in ["wedge", "peng2011"] {
-        let tube = explained(&["--criteria", criteria], TUBE);
+        let tube = explained(&["--criteria", criteria, "--coarsest", "last"], TUBE);
         let stuck = tube["stuck_positions"].as_u64().unwrap();
         let sum = |list: &str| tube[list].as_array().unwrap().iter().map(|e| e["count"].as_u64().unwrap()).sum::<u64>();
         let obstacles = tube["obstacles"].as_object().unwrap().values().map(|v| v.as_u64().unwrap()).sum::<u64>();
@@ -72,6 +72,28 @@ fn targets_say_whether_they_are_reached_and_what_they_cost() {
         (Some(false), Some(true))
     );
     assert_eq!(cube["targets"][0]["level"]["triangles"], 12);
+}
+
+#[test]
+fn an_ended_order_says_that_nothing_holds_it() {
+    let tube = explained(&[], TUBE);
+    assert_eq!(tube["stuck_positions"], 0);
+    assert!(tube["free_positions"].as_u64().unwrap() > 0);
+    assert_eq!(tube["coarsest"]["triangles"], 10, "2 % of 504");
+    let bench = Bench::with(&[TUBE]);
+    let words = |more: &[&str]| {
+        let path = format!("@{TUBE}");
+        let words: Vec<&str> = ["explain", &path].iter().chain(more).copied().collect();
+        bench.run(&words).expect(0).out
+    };
+    assert!(words(&[]).contains("could still move: the bake ended the detail here"));
+    let last = words(&["--coarsest", "last"]);
+    assert!(
+        last.contains("the coarsest level has 2 of 504") && last.contains("nothing of the character would be left"),
+        "{last}"
+    );
+    assert!(words(&["--coarsest", "100"]).contains("the coarsest level has 98 of 504"));
+    bench.run(&["explain", &format!("@{TUBE}"), "--coarsest", "0"]).expect(2).says(&["found 0, allowed triangles"]);
 }
 
 #[test]

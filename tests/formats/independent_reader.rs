@@ -249,7 +249,7 @@ impl<'a> Reader<'a> {
         });
         let _samples = at.varint();
         let frames = [0; 2].map(|_| at.list(|at| at.varint() as u32));
-        let _blocked = [0; 4].map(|_| at.varint());
+        let _blocked = [0; 5].map(|_| at.varint());
         let obstacles = at.list(Cursor::byte);
         let warnings = at.list(Cursor::string);
         NamedCharacter { name, nodes, clips, materials, parts, levels, measured, discrete, frames, obstacles, warnings }

@@ -96,9 +96,9 @@ fn add_character(pack: &mut PackContents, index: u32, random: &mut Random) {
     }
     character.parts = vec![ManifestPart { material: record.material_count - 1, ..ManifestPart::default() }];
     add_tables(pack, &record, &mut character, random);
-    character.blocked = ManifestBlocked { fixed: 250, seam: 251, topology: 65_535, flip: u32::MAX };
+    character.blocked = ManifestBlocked { fixed: 250, seam: 251, topology: 65_535, flip: u32::MAX, ended: 0 };
     if random.below(2) == 1 {
-        character.obstacles = (0..record.min_vertex_count).map(|_| random.count(1, 4) as u8).collect();
+        character.obstacles = (0..record.min_vertex_count).map(|_| random.count(1, 5) as u8).collect();
     }
     character.warnings = (0..random.count(0, 2)).map(|i| random.name("warning", i)).collect();
     pack.characters.push(record);

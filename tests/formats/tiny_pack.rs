@@ -221,8 +221,8 @@ fn add_tetrahedron(pack: &mut PackContents) {
         measured,
         discrete,
         measuring: ManifestMeasuring { samples_per_frame: 1000, mean_frames: vec![0, 1, 4], worst_frames: vec![2] },
-        blocked: ManifestBlocked { fixed: 2, seam: 1, topology: 1, flip: 0 },
-        obstacles: vec![1, 1, 2, 3],
+        blocked: ManifestBlocked { fixed: 2, seam: 1, topology: 0, flip: 0, ended: 1 },
+        obstacles: vec![1, 1, 2, 5],
         ..ManifestCharacter::default()
     });
 }

@@ -78,8 +78,13 @@ pub(crate) struct Surface<'a> {
 
 /// Performs all allowed collapses.
 ///
-/// A variant whose wedge moves goes to the neighbour across a removed triangle, or else where `find_images` says.
-pub(crate) fn collapse_edges(surface: Surface<'_>, rules: &Rules, progress: &(dyn Fn(f32) + Sync)) -> Steps {
+/// Ends once at most `ends_at` triangles are left. A variant whose wedge moves goes to the neighbour across a removed triangle, or else where `find_images` says.
+pub(crate) fn collapse_edges(
+    surface: Surface<'_>,
+    rules: &Rules,
+    ends_at: u32,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Steps {
     let position_count = surface.split.position_source.len();
     let mut references = vec![0_u32; surface.split.variant_wedge.len()];
     for &v in surface.split.triangles.as_flattened() {
@@ -96,6 +101,7 @@ pub(crate) fn collapse_edges(surface: Surface<'_>, rules: &Rules, progress: &(dy
         queued: vec![None; position_count],
         grown: vec![0; position_count],
         queue: BinaryHeap::with_capacity(position_count * 2),
+        ends_at,
         steps: Steps::default(),
     };
     // A collapse can, where the surface is no manifold, free an edge further away than its neighbours: look again
@@ -104,7 +110,7 @@ pub(crate) fn collapse_edges(surface: Surface<'_>, rules: &Rules, progress: &(dy
         let before = run.steps.costs.len();
         run.fill_queue();
         run.drain_queue(progress);
-        if run.steps.costs.len() == before {
+        if run.steps.costs.len() == before || run.has_ended() {
             break;
         }
     }
@@ -130,6 +136,8 @@ struct Run<'a> {
     /// For each position, how often its quadric has grown.
     grown: Vec<u32>,
     queue: BinaryHeap<Entry>,
+    /// Triangles at which enough is collapsed.
+    ends_at: u32,
     steps: Steps,
 }
 
@@ -166,10 +174,17 @@ impl Run<'_> {
         }
     }
 
+    fn has_ended(&self) -> bool {
+        self.surface.topology.alive_count <= self.ends_at
+    }
+
     fn drain_queue(&mut self, progress: &(dyn Fn(f32) + Sync)) {
         let mut scratch = Scratch::default();
         let mut ring = Vec::new();
         while let Some(Reverse((rank, u, t, stamp, grown))) = self.queue.pop() {
+            if self.has_ended() {
+                return;
+            }
             if stamp != self.stamps[u as usize] {
                 continue;
             }
@@ -547,7 +562,10 @@ impl Run<'_> {
             let found = spokes.iter().filter_map(|s| {
                 self.find_on_edge(p, s.to, on_edge);
                 self.find_images(p, s.to, on_edge, moved);
-                self.allow(p, spokes, s, on_edge, moved).err()
+                match self.allow(p, spokes, s, on_edge, moved) {
+                    Ok(_) => self.has_ended().then_some(Obstacle::Ended),
+                    Err(obstacle) => Some(obstacle),
+                }
             });
             Some(found.max().unwrap_or(Obstacle::Fixed))
         };
@@ -562,6 +580,7 @@ fn count_blocked(obstacles: &[Option<Obstacle>]) -> Blocked {
         seam: count(Obstacle::Seam),
         topology: count(Obstacle::Topology),
         flip: count(Obstacle::Flip),
+        ended: count(Obstacle::Ended),
     }
 }
 

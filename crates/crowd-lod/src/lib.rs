@@ -60,7 +60,7 @@ pub use worst_frames::worst_frames;
 /// Times that an order is made anew, with frames added, before a check that still fails is only reported.
 const MAX_RERUNS: u32 = 2;
 
-/// Simplifies a mesh down to its fixed set and returns the whole order.
+/// Simplifies a mesh, down to where `options` ends it or nothing may collapse any more, and returns the whole order.
 ///
 /// The cost of a collapse is the quadric error averaged over frames of `poses`, by their weights; which frames, `options`
 /// says. `progress` is called now and then with the share done, 0..=1, from one thread. A mesh without triangles gives an
@@ -147,7 +147,8 @@ fn collapse(
         attributes: &mut attributes,
         behind: &behind,
     };
-    let steps = collapse::collapse_edges(surface, &rules, progress);
+    let ends_at = options.coarsest.triangles(surface.topology.alive_count);
+    let steps = collapse::collapse_edges(surface, &rules, ends_at, progress);
     reorder::reorder_by_collapse(&split, &classes.wedge_class, &steps, classes.report.clone())
 }
 

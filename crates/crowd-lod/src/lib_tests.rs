@@ -1,7 +1,9 @@
 //! The whole of [`crate::simplify`]: on pictures, on meshes where it matters, and on any mesh.
 
 use crate::test_meshes::*;
-use crate::{CollapseOrder, Criteria, Error, LodOptions, Mat3x4, VertexClass, measure_level, reform, simplify};
+use crate::{
+    Coarsest, CollapseOrder, Criteria, Error, LodOptions, Mat3x4, VertexClass, measure_level, reform, simplify,
+};
 use proptest::prelude::*;
 
 fn peng() -> LodOptions {
@@ -310,6 +312,39 @@ fn an_error_knows_what_vanished() {
     let (without, with) = (order.levels[vanished], order.levels[vanished + 1]);
     assert!(with.error_m < 1.0, "{with:?}");
     assert!((1.9..2.4).contains(&without.error_m), "{without:?} {with:?}");
+}
+
+#[test]
+fn an_order_ends_where_it_is_told_to_and_is_the_same_up_to_there() {
+    let mesh = tube(12, 40, 6.0, true);
+    let poses = TestPoses::rest();
+    let all = simplify_checked(&mesh, &poses, &quick());
+    assert_eq!(all.blocked.ended, 0);
+    for (coarsest, most) in [
+        (Coarsest::Triangles(100), 100),
+        (Coarsest::Share(0.05), mesh.triangles.len() as u32 / 20),
+        (Coarsest::Useful, 16),
+        (Coarsest::Triangles(5000), 984),
+    ] {
+        let ended = simplify_checked(&mesh, &poses, &LodOptions { coarsest, ..quick() });
+        let first = ended.levels[0].triangle_count;
+        assert!(first <= most && first + 8 > most, "{coarsest:?}: {first}");
+        assert!(ended.blocked.ended > 0 && ended.obstacles.contains(&crate::Obstacle::Ended), "{:?}", ended.blocked);
+        let levels =
+            |order: &CollapseOrder| order.levels.iter().map(|l| (l.triangle_count, l.error_m)).collect::<Vec<_>>();
+        assert!(levels(&all).ends_with(&levels(&ended)), "{coarsest:?}");
+    }
+}
+
+#[test]
+fn two_percent_stay_within_reach_of_every_mesh() {
+    for full in (0..5000).chain([100_000, u32::MAX]) {
+        let ends = Coarsest::Useful.triangles(full);
+        assert!(f64::from(ends) <= f64::from(full) * 0.02 + 1.0e-6, "{full}: {ends}");
+        assert!(full < 800 || ends >= 16, "{full}: {ends}");
+    }
+    assert_eq!([800, 6952, 1_000_000].map(|full| Coarsest::Useful.triangles(full)), [16, 34, 5000]);
+    assert_eq!((Coarsest::Last.triangles(9), Coarsest::Share(0.1).triangles(10)), (0, 1));
 }
 
 /// A fan of many triangles around one hub must not cost their square.

@@ -121,7 +121,44 @@ pub struct LodOptions {
     pub frames: FrameChoice,
     /// Factors on the weights of the frames in the costs, one a frame, 0 or more, not all 0; empty for none.
     pub frame_factors: Vec<f32>,
+    /// Where the order ends.
+    pub coarsest: Coarsest,
 }
+
+/// Where an order ends: once a level has at most so many triangles, or earlier, where nothing may collapse any more.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Coarsest {
+    /// Where nothing may collapse any more (default).
+    #[default]
+    Last,
+    /// A level that still shows a character far away: half a percent of the triangles, and not below 16 of them or 2 %, whichever is less.
+    Useful,
+    /// So many triangles.
+    Triangles(u32),
+    /// This share of the triangles, 0..=1.
+    Share(f32),
+}
+
+impl Coarsest {
+    /// Triangles at which the order of a mesh of `full` triangles may end.
+    pub fn triangles(self, full: u32) -> u32 {
+        // A tenth of 10 triangles is 1, although 0.1 is a little more than a tenth in binary.
+        let share = |share: f64| (f64::from(full) * share + 1.0e-6) as u32;
+        match self {
+            Self::Last => 0,
+            Self::Useful => share(USEFUL_SHARE).max(USEFUL_TRIANGLES.min(share(SMALL_MESH_SHARE))),
+            Self::Triangles(count) => count,
+            Self::Share(of_all) => share(f64::from(of_all)),
+        }
+    }
+}
+
+/// Share of the triangles below which real characters err by a tenth of their height: see `docs/decisions/0016-where-orders-end.md`.
+const USEFUL_SHARE: f64 = 0.005;
+/// Triangles below which no character is told from another.
+const USEFUL_TRIANGLES: u32 = 16;
+/// A share that is always within reach, for meshes of few triangles.
+const SMALL_MESH_SHARE: f64 = 0.02;
 
 /// Peng 2011 §4.2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -263,9 +300,11 @@ pub enum Obstacle {
     Topology,
     /// A triangle would flip in space or in the texture.
     Flip,
+    /// Nothing: the order was ended here, see [`Coarsest`].
+    Ended,
 }
 
-/// Counts of positions that could not move any more at the coarsest level, by what held them.
+/// Counts of positions at the coarsest level, by what keeps them there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Blocked {
     /// On an open border, or locked by class.
@@ -276,4 +315,6 @@ pub struct Blocked {
     pub topology: u32,
     /// Would flip a triangle in some pose or in the texture.
     pub flip: u32,
+    /// Could still move: the order was ended before.
+    pub ended: u32,
 }

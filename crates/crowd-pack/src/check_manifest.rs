@@ -81,8 +81,8 @@ fn check_obstacles(
     let (found, count) = (character.obstacles.len(), record.min_vertex_count as usize);
     expect(found == 0 || found == count, || here("obstacles"), found, || format!("0, or {count}, one a vertex"))?;
     for &found in &character.obstacles {
-        let fits = (obstacle::FIXED..=obstacle::FLIP).contains(&found);
-        let allowed = || format!("{} to {}", obstacle::FIXED, obstacle::FLIP);
+        let fits = (obstacle::FIXED..=obstacle::ENDED).contains(&found);
+        let allowed = || format!("{} to {}", obstacle::FIXED, obstacle::ENDED);
         expect(fits, || here("obstacle"), found, allowed)?;
     }
     Ok(())

@@ -239,7 +239,7 @@ pub struct ManifestMeasured {
 /// Height on the screen that pixel errors of levels refer to.
 pub const REFERENCE_HEIGHT_PX: f32 = 720.0;
 
-/// Positions that could not move any more at the coarsest level, by what held them.
+/// Positions of the coarsest level, by what keeps them there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct ManifestBlocked {
     /// Open border or class fixed.
@@ -250,6 +250,8 @@ pub struct ManifestBlocked {
     pub topology: u32,
     /// Flipped triangle.
     pub flip: u32,
+    /// Nothing: these could still move, the order was ended.
+    pub ended: u32,
 }
 
 /// Entries of [`ManifestCharacter::obstacles`], as [`ManifestBlocked`] counts them.
@@ -262,4 +264,6 @@ pub mod obstacle {
     pub const TOPOLOGY: u8 = 3;
     /// Flipped triangle.
     pub const FLIP: u8 = 4;
+    /// Nothing: the order was ended.
+    pub const ENDED: u8 = 5;
 }

@@ -266,6 +266,7 @@ impl Assembly {
                 seam: blocked.seam,
                 topology: blocked.topology,
                 flip: blocked.flip,
+                ended: blocked.ended,
             },
             obstacles: order.obstacles.iter().copied().map(obstacle_code).collect(),
             warnings: baked.warnings.iter().map(warning_sentence).collect(),
@@ -367,6 +368,7 @@ fn obstacle_code(obstacle: Obstacle) -> u8 {
         Obstacle::Seam => obstacle::SEAM,
         Obstacle::Topology => obstacle::TOPOLOGY,
         Obstacle::Flip => obstacle::FLIP,
+        Obstacle::Ended => obstacle::ENDED,
     }
 }
 

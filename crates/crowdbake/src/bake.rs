@@ -140,6 +140,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         frames: entry.frames,
         frame_factors,
         attribute_weights: entry.attribute_weights,
+        coarsest: entry.coarsest(),
     };
     let triangle_materials = views::triangle_materials(&raw.mesh);
     let shown = ShownTextures::of(&raw, &triangle_materials);
@@ -354,14 +355,15 @@ fn expect_reached(levels: &BakedLevels, order: &CollapseOrder) -> Result<(), Cau
         what: "triangles",
         asked: triangle_target(order.triangles.len() as u32, f64::from(share)).into(),
         coarsest: order.levels.first().map_or(0, |level| level.triangle_count).into(),
-        blocked: blocked_sentence(b.fixed, b.seam, b.topology, b.flip),
+        blocked: blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended),
     })
 }
 
 /// Says so when the coarsest level is far from a crowd's far field, and why.
 fn warn_of_high_floor(order: &CollapseOrder) -> Option<Warning> {
     let (coarsest, full) = (order.levels.first()?.triangle_count, order.levels.last()?.triangle_count);
-    if f64::from(coarsest) <= f64::from(full) * FLOOR_SHARE || coarsest <= FLOOR_TRIANGLES {
+    let ended = order.blocked.ended > 0;
+    if ended || f64::from(coarsest) <= f64::from(full) * FLOOR_SHARE || coarsest <= FLOOR_TRIANGLES {
         return None;
     }
     let b = order.blocked;
@@ -372,7 +374,7 @@ fn warn_of_high_floor(order: &CollapseOrder) -> Option<Warning> {
         message: format!(
             "the coarsest level keeps {coarsest} of {full} triangles ({:.0} %); {}",
             100.0 * f64::from(coarsest) / f64::from(full),
-            blocked_sentence(b.fixed, b.seam, b.topology, b.flip)
+            blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended)
         ),
     })
 }
@@ -396,7 +398,12 @@ fn check_sentence(frames: &FrameReport) -> Option<String> {
 }
 
 /// What keeps the coarsest level from going further, in words.
-pub fn blocked_sentence(fixed: u32, seam: u32, topology: u32, flip: u32) -> String {
+pub fn blocked_sentence(fixed: u32, seam: u32, topology: u32, flip: u32, ended: u32) -> String {
+    if ended > 0 {
+        return format!(
+            "nothing holds it: the detail was ended there, {ended} positions could still move; see --coarsest"
+        );
+    }
     format!(
         "positions that cannot move: {fixed} on open borders or of class fixed, {seam} on seams without a partner, \
          {topology} that would change the topology, {flip} that would flip a triangle"
@@ -460,7 +467,7 @@ fn say_levels(talk: &Talk<'_>, baked: &BakedCharacter) {
         ));
         if !discrete.reached {
             let b = baked.order.blocked;
-            let held = blocked_sentence(b.fixed, b.seam, b.topology, b.flip);
+            let held = blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended);
             talk.warn(format_args!("{}: {} is not reached; {held}", baked.name, discrete.name));
         }
     }

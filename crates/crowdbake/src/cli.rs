@@ -1,10 +1,10 @@
 //! The words of the command line. What they mean is in `plan`.
 
 use crate::compare::Contender;
-use crate::lod_target::LodTarget;
+use crate::lod_target::{LodTarget, parse_coarsest};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use crowd_lod::AttributeWeights;
+use crowd_lod::{AttributeWeights, Coarsest};
 use std::path::PathBuf;
 
 /// Frames a second at which clips are sampled unless told otherwise.
@@ -179,6 +179,10 @@ pub struct BakeOptions {
     /// parts that would be missed), layers (parts that come through each other); may be repeated. 0 minds shape alone.
     #[arg(long, value_parser = parse_attribute_weight, value_name = "NAME=W")]
     pub attribute_weight: Vec<(String, f32)>,
+    /// Where the continuous detail ends: once a level has at most so many triangles (40), this share of them (0.5%), or where nothing
+    /// may collapse any more (last) [default: 0.5%, not below 16 triangles or 2%; last under peng2011].
+    #[arg(long, value_parser = parse_coarsest, value_name = "N|R|last")]
+    pub coarsest: Option<Coarsest>,
 }
 
 /// Which frames count.

@@ -1,9 +1,9 @@
 //! Reads and writes `crowd.toml`. Every complaint names its path, as in `characters[1].clips`.
 
 use crate::cli::{MOST_CLIP_WEIGHT, weigh_attribute};
-use crate::lod_target::LodTarget;
+use crate::lod_target::{LodTarget, coarsest_words, parse_coarsest};
 use crate::plan::{Plan, PlanEntry, criteria_name, frames_name};
-use crowd_lod::{AttributeWeights, Criteria, FrameChoice};
+use crowd_lod::{AttributeWeights, Coarsest, Criteria, FrameChoice};
 use crowd_pack::{AnimationLayout, ManifestTarget};
 use std::path::PathBuf;
 use toml::{Table, Value};
@@ -29,6 +29,8 @@ pub struct Settings {
     pub lods: Option<Vec<LodTarget>>,
     /// Move their vertices.
     pub refit: Option<bool>,
+    /// Where the continuous detail ends.
+    pub coarsest: Option<Coarsest>,
 }
 
 /// A manifest.
@@ -54,8 +56,19 @@ fn wrong<T>(key: impl Into<String>, problem: impl Into<String>) -> Result<T, Wro
 }
 
 /// Keys that `[defaults]` and `[[characters]]` share.
-const SETTINGS: [&str; 10] =
-    ["fps", "criteria", "clips", "frames", "clip_weights", "attribute_weights", "lod_ratio", "error", "px", "refit"];
+const SETTINGS: [&str; 11] = [
+    "fps",
+    "criteria",
+    "clips",
+    "frames",
+    "clip_weights",
+    "attribute_weights",
+    "lod_ratio",
+    "error",
+    "px",
+    "refit",
+    "coarsest",
+];
 
 /// Reads a manifest's text.
 pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
@@ -103,6 +116,7 @@ pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
             attribute_weights: settings.attribute_weights.or(defaults.attribute_weights),
             lods: settings.lods.or_else(|| defaults.lods.clone()),
             refit: settings.refit.or(defaults.refit),
+            coarsest: settings.coarsest.or(defaults.coarsest),
         };
         read.characters.push((PathBuf::from(source), settings));
     }
@@ -157,7 +171,18 @@ fn read_settings(table: &Table, key: &str) -> Result<Settings, Wrong> {
     };
     let (clip_weights, lods) = (read_clip_weights(table, key)?, read_lods(table, key)?);
     let attribute_weights = read_attribute_weights(table, key)?;
-    Ok(Settings { name, fps, criteria, clips, frames, clip_weights, attribute_weights, lods, refit })
+    let coarsest = read_coarsest(table, key)?;
+    Ok(Settings { name, fps, criteria, clips, frames, clip_weights, attribute_weights, lods, refit, coarsest })
+}
+
+/// A number of triangles, or a word as on the command line.
+fn read_coarsest(table: &Table, key: &str) -> Result<Option<Coarsest>, Wrong> {
+    let text = match table.get("coarsest") {
+        None => return Ok(None),
+        Some(Value::String(text)) => text.clone(),
+        Some(other) => other.to_string(),
+    };
+    parse_coarsest(&text).map(Some).or_else(|problem| wrong(format!("{key}.coarsest"), problem))
 }
 
 /// Discrete levels: `lod_ratio`, then `error`, then `px`, each a list of numbers or of words as on the command line.
@@ -275,7 +300,8 @@ pub fn write(plan: &Plan) -> String {
          criteria = {}  # wedge or peng2011\n# clips = [\"Idle\", \"Walk*\"]  # default: all\n\
          frames = {}  # auto, all or bind\n# clip_weights = {{ Walk = 2.0 }}  # default: all count alike\n\
          # attribute_weights = {{ uv = 2.0 }}  # uv, normal, color, layers; default: 1\n\
-         # lod_ratio = [\"50%\", \"25%\"]  # discrete levels; also error = [\"5mm\"], px = [\"1@240\"], refit = true\n",
+         # lod_ratio = [\"50%\", \"25%\"]  # discrete levels; also error = [\"5mm\"], px = [\"1@240\"], refit = true\n\
+         # coarsest = \"0.5%\"  # where the continuous detail ends: triangles, a share, or \"last\"; default: where it is useful\n",
         text(layout),
         crate::cli::DEFAULT_FPS,
         text(criteria_name(Criteria::default())),
@@ -306,6 +332,9 @@ pub fn write(plan: &Plan) -> String {
             out.push_str(&format!(
                 "attribute_weights = {{ uv = {uv:?}, normal = {normal:?}, color = {color:?}, layers = {layers:?} }}\n"
             ));
+        }
+        if let Some(coarsest) = entry.coarsest {
+            out.push_str(&format!("coarsest = {}\n", text(&coarsest_words(coarsest))));
         }
         write_lods(&mut out, entry);
     }
@@ -357,6 +386,8 @@ mod tests {
             (&format!("{character}error = '5mm'"), "characters[0].error"),
             (&format!("{character}px = ['1@']"), "characters[0].px[0]"),
             (&format!("{character}refit = 1"), "characters[0].refit"),
+            (&format!("{character}coarsest = '2 feet'"), "characters[0].coarsest"),
+            (&format!("{character}coarsest = -1"), "characters[0].coarsest"),
             ("[[characters]]\nname = 'x'", "characters[0].source"),
             (&format!("{character}{character}clips = 'Walk'"), "characters[1].clips"),
             (&format!("{character}{character}clips = ['a', 3]"), "characters[1].clips[1]"),
@@ -380,6 +411,7 @@ mod tests {
             criteria: Criteria::Peng2011,
             clips: Some(vec!["Walk*".to_owned()]),
             frames: FrameChoice::Bind,
+            coarsest: Some(Coarsest::Share(0.0125)),
             clip_weights: vec![("Run \"fast\"".to_owned(), 0.25), ("Walk".to_owned(), 3.0)],
             attribute_weights: AttributeWeights { uv: 2.5, layers: 0.0, ..AttributeWeights::default() },
             levels: LevelsAsked {
@@ -402,7 +434,7 @@ mod tests {
         assert_eq!(second.clips, plan.entries[1].clips);
         assert_eq!(second.frames, Some(FrameChoice::Bind));
         assert_eq!(second.lods.as_ref(), Some(&plan.entries[1].levels.targets));
-        assert_eq!(second.refit, Some(true));
+        assert_eq!((second.refit, second.coarsest), (Some(true), Some(Coarsest::Share(0.0125))));
         assert_eq!(second.attribute_weights, Some(plan.entries[1].attribute_weights));
         assert_eq!(second.clip_weights.as_deref(), Some(&plan.entries[1].clip_weights[..]));
     }

@@ -245,6 +245,8 @@ pub struct Blocked {
     pub topology: u32,
     /// Flipped triangle.
     pub flip: u32,
+    /// Could still move: the detail was ended before.
+    pub ended: u32,
 }
 
 /// Looks into a pack.
@@ -318,7 +320,7 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
         measured: measured.collect(),
         discrete: discrete.collect(),
         table_bytes: Some(table_bytes(character)),
-        blocked: Some(Blocked { fixed: b.fixed, seam: b.seam, topology: b.topology, flip: b.flip }),
+        blocked: Some(Blocked { fixed: b.fixed, seam: b.seam, topology: b.topology, flip: b.flip, ended: b.ended }),
         warnings: manifest.warnings.clone(),
     }
 }
@@ -532,8 +534,8 @@ fn write_character(out: &mut String, character: &CharacterInspection) {
     if let Some(b) = c.blocked {
         let _ = writeln!(
             out,
-            "  blocked       {} fixed, {} seam, {} topology, {} flip",
-            b.fixed, b.seam, b.topology, b.flip
+            "  blocked       {} fixed, {} seam, {} topology, {} flip; {} free, where the detail was ended",
+            b.fixed, b.seam, b.topology, b.flip, b.ended
         );
     }
     let rigid = c.parts.iter().filter(|part| part.rigid).count();

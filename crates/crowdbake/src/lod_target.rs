@@ -1,5 +1,6 @@
 //! What a discrete level is asked to be: words in, words out.
 
+use crowd_lod::Coarsest;
 use crowd_pack::ManifestTarget;
 
 /// A target as people write it.
@@ -99,6 +100,36 @@ impl LodTarget {
     }
 }
 
+/// `40`: triangles. `0.5%` or `0.005`: a share of them. `last`: where nothing may collapse any more.
+///
+/// # Errors
+/// What was found and what is allowed.
+pub fn parse_coarsest(text: &str) -> Result<Coarsest, String> {
+    let text = text.trim();
+    if text == "last" {
+        return Ok(Coarsest::Last);
+    }
+    if let Ok(triangles) = text.parse::<u32>()
+        && triangles > 0
+    {
+        return Ok(Coarsest::Triangles(triangles));
+    }
+    match LodTarget::parse_ratio(text) {
+        Ok(LodTarget(ManifestTarget::Ratio(share))) => Ok(Coarsest::Share(share)),
+        _ => Err(format!("found {text}, allowed triangles as in 40, a share of them as in 0.5%, or last")),
+    }
+}
+
+/// As [`parse_coarsest`] reads it back.
+pub fn coarsest_words(coarsest: Coarsest) -> String {
+    match coarsest {
+        Coarsest::Last => "last".to_owned(),
+        Coarsest::Useful => "useful".to_owned(),
+        Coarsest::Triangles(count) => count.to_string(),
+        Coarsest::Share(share) => LodTarget(ManifestTarget::Ratio(share)).to_string(),
+    }
+}
+
 /// Without the dust that a percent leaves in binary: six digits.
 fn short(number: f64) -> f64 {
     let digits = 6 - libm::ceil(libm::log10(number.max(1e-12))) as i32;
@@ -171,6 +202,20 @@ mod tests {
         let target = LodTarget::parse_pixels("1.5@96").unwrap();
         assert_eq!(LodTarget::parse_pixels(&target.to_string()), Ok(target));
         assert_eq!(LodTarget::parse_ratio("25%").unwrap().words(), "25% of the triangles");
+    }
+
+    #[test]
+    fn an_end_is_triangles_a_share_or_the_last_level() {
+        assert_eq!(parse_coarsest("40"), Ok(Coarsest::Triangles(40)));
+        assert_eq!(parse_coarsest("1"), Ok(Coarsest::Triangles(1)));
+        assert_eq!(parse_coarsest("0.5%"), Ok(Coarsest::Share(0.005)));
+        assert_eq!(parse_coarsest(" last "), Ok(Coarsest::Last));
+        for text in ["", "0", "-3", "first", "101%", "nan", "4294967296"] {
+            assert!(parse_coarsest(text).unwrap_err().contains("or last"), "{text}");
+        }
+        for coarsest in [Coarsest::Last, Coarsest::Triangles(7), Coarsest::Share(0.25)] {
+            assert_eq!(parse_coarsest(&coarsest_words(coarsest)), Ok(coarsest));
+        }
     }
 
     #[test]

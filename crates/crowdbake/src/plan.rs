@@ -4,13 +4,18 @@ use crate::bake_levels::LevelsAsked;
 use crate::cli::{BakeOptions, CriteriaWord, DEFAULT_FPS, FramesWord, LayoutWord, LevelOptions};
 use crate::crowd_toml::{self, Settings};
 use crate::error::{BakeError, Cause, Step};
-use crowd_lod::{AttributeWeights, Criteria, FrameChoice};
-use crowd_pack::AnimationLayout;
+use crowd_lod::{AttributeWeights, Coarsest, Criteria, FrameChoice};
+use crowd_pack::{AnimationLayout, ManifestTarget};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Folders below a given one that are looked into: deeper trees are loops or mistakes.
 const FOLDER_DEPTH: usize = 32;
+
+/// Share of the triangles that [`Coarsest::Useful`] always reaches.
+const ALWAYS_REACHED: f32 = 0.02;
+/// Share at which orders that are to reach further end at the latest.
+const LOWEST_DEFAULT: f32 = 0.005;
 
 /// What a bake will do.
 #[derive(Debug, Default)]
@@ -48,12 +53,30 @@ pub struct PlanEntry {
     pub attribute_weights: AttributeWeights,
     /// Discrete levels.
     pub levels: LevelsAsked,
+    /// Where the continuous detail ends; `None` where that is useful, see [`PlanEntry::coarsest`].
+    pub coarsest: Option<Coarsest>,
 }
 
 impl PlanEntry {
     /// A file with the defaults, named by its stem.
     pub fn of_file(path: &Path) -> Self {
         entry_of(Found { path: path.to_owned(), settings: Settings::default() }, &BakeOptions::default())
+    }
+
+    /// Where the order ends: as asked for, or else where Peng's rules end it, or where it stops being useful. A share that a discrete level
+    /// asks for stays within reach.
+    pub fn coarsest(&self) -> Coarsest {
+        let shares = self.levels.targets.iter().filter_map(|target| match target.0 {
+            ManifestTarget::Ratio(share) => Some(share),
+            _ => None,
+        });
+        let smallest = shares.fold(1.0, f32::min);
+        match self.coarsest {
+            Some(asked) => asked,
+            None if self.criteria == Criteria::Peng2011 => Coarsest::Last,
+            None if smallest < ALWAYS_REACHED => Coarsest::Share(smallest.min(LOWEST_DEFAULT)),
+            None => Coarsest::Useful,
+        }
     }
 }
 
@@ -285,6 +308,7 @@ fn entry_of(found: Found, options: &BakeOptions) -> PlanEntry {
         clips: options.clips.clone().or(found.settings.clips),
         frames: frames.or(found.settings.frames).unwrap_or_default(),
         clip_weights: clip_weights.or(found.settings.clip_weights).unwrap_or_default(),
+        coarsest: options.coarsest.or(found.settings.coarsest),
         levels: LevelsAsked {
             targets: found.settings.lods.unwrap_or_default(),
             refit: found.settings.refit.unwrap_or_default(),
@@ -314,6 +338,7 @@ fn make_names_unique(plan: &mut Plan) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lod_target::LodTarget;
 
     fn folder_with(files: &[&str]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
@@ -359,6 +384,23 @@ mod tests {
             assert!(line.starts_with("plan: ") && line.contains(part), "{line}");
         }
         assert_eq!(words.len(), 4);
+    }
+
+    #[test]
+    fn an_order_reaches_what_a_discrete_level_asks_for() {
+        let mut entry = PlanEntry::of_file(Path::new("a.glb"));
+        assert_eq!(entry.coarsest(), Coarsest::Useful);
+        let ask = |share: &str| vec![LodTarget::parse_ratio(share).unwrap()];
+        for (share, coarsest) in
+            [("2%", Coarsest::Useful), ("1%", Coarsest::Share(0.005)), ("0.1%", Coarsest::Share(0.001))]
+        {
+            entry.levels.targets = ask(share);
+            assert_eq!(entry.coarsest(), coarsest, "{share}");
+        }
+        entry.criteria = Criteria::Peng2011;
+        assert_eq!(entry.coarsest(), Coarsest::Last);
+        entry.coarsest = Some(Coarsest::Triangles(40));
+        assert_eq!(entry.coarsest(), Coarsest::Triangles(40));
     }
 
     #[test]

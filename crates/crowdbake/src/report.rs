@@ -174,6 +174,8 @@ pub struct BlockedReport {
     pub topology: u32,
     /// Flipped triangle.
     pub flip: u32,
+    /// Could still move: the detail was ended before.
+    pub ended: u32,
 }
 
 fn measured_report(level: &BakedLevel) -> MeasuredReport {
@@ -278,6 +280,7 @@ impl CharacterReport {
             seam: order.blocked.seam,
             topology: order.blocked.topology,
             flip: order.blocked.flip,
+            ended: order.blocked.ended,
         });
         let warnings = baked.warnings.iter().map(|warning| WarningReport {
             code: warning.code,

@@ -225,7 +225,7 @@ impl<'a> Unpacked<'a> {
     /// What keeps the coarsest level from going further.
     pub fn blocked(&self) -> String {
         let b = self.manifest.blocked;
-        blocked_sentence(b.fixed, b.seam, b.topology, b.flip)
+        blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended)
     }
 }
 

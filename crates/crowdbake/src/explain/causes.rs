@@ -150,7 +150,8 @@ pub struct Stuck {
     pub cause: Cause,
 }
 
-/// Each position of the coarsest level that cannot move, in the order of its vertices. Empty for a pack that does not say.
+/// Each position of the coarsest level that cannot move, in the order of its vertices. Empty for a pack that does not say; those that could
+/// move, had the bake not ended there, are left out.
 pub fn stuck_positions(character: &Unpacked<'_>) -> Vec<Stuck> {
     let record = character.record;
     let level = LodRecord { vertex_count: record.min_vertex_count, triangle_count: record.min_triangle_count };
@@ -160,7 +161,7 @@ pub fn stuck_positions(character: &Unpacked<'_>) -> Vec<Stuck> {
     let mut stuck = Vec::new();
     for (vertex, &obstacle) in character.manifest.obstacles.iter().enumerate() {
         let position = around.position_of[vertex] as usize;
-        if !std::mem::replace(&mut seen[position], true) {
+        if !std::mem::replace(&mut seen[position], true) && obstacle != obstacle::ENDED {
             let fixed_class = peng && character.vertices[vertex].class() == vertex_class::FIXED;
             let cause = around.cause(position, obstacle, peng, fixed_class);
             stuck.push(Stuck { vertex: vertex as u32, obstacle, cause });

@@ -33,7 +33,9 @@ pub struct Explanation {
     pub odd: OddCounts,
     /// Positions of the coarsest level that cannot move.
     pub stuck_positions: u32,
-    /// Of these, by the bake's words.
+    /// Positions of the coarsest level that could still move: the bake ended the detail there.
+    pub free_positions: u32,
+    /// Of the stuck ones, by the bake's words.
     pub obstacles: ObstacleCounts,
     /// Of these, by cause; most first.
     pub causes: Vec<CauseCount>,
@@ -157,6 +159,7 @@ pub fn explain(character: &Unpacked<'_>, ratios: &[f64]) -> Explanation {
         coarsest: Counts { vertices: record.min_vertex_count, triangles: record.min_triangle_count },
         odd: OddCounts::of_pack(&manifest.seams),
         stuck_positions: blocked.fixed + blocked.seam + blocked.topology + blocked.flip,
+        free_positions: blocked.ended,
         obstacles: ObstacleCounts {
             fixed: blocked.fixed,
             seam: blocked.seam,

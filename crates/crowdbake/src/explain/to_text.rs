@@ -28,16 +28,7 @@ pub fn to_text(explanation: &Explanation, clips: &[&str]) -> String {
     for target in &e.targets {
         write_target(&mut out, target, clips);
     }
-    let o = e.obstacles;
-    let _ = writeln!(
-        out,
-        "  held          {} positions: {} fixed, {} seam, {} topology, {} flip",
-        grouped(e.stuck_positions),
-        grouped(o.fixed),
-        grouped(o.seam),
-        grouped(o.topology),
-        grouped(o.flip)
-    );
+    write_held(&mut out, e);
     for cause in &e.causes {
         let _ = writeln!(out, "  {:>6} x      {}", grouped(cause.count), cause.what);
         if cause.cause != Cause::LastPiece {
@@ -60,6 +51,28 @@ pub fn to_text(explanation: &Explanation, clips: &[&str]) -> String {
     }
     // Names come from files, and a terminal obeys what it is shown.
     out.split_inclusive('\n').map(|line| crate::talk::printable(line.trim_end_matches('\n')) + "\n").collect()
+}
+
+fn write_held(out: &mut String, e: &Explanation) {
+    if e.free_positions > 0 {
+        let _ = writeln!(
+            out,
+            "  free          {} positions could still move: the bake ended the detail here, --coarsest N or last goes on",
+            grouped(e.free_positions)
+        );
+    }
+    if e.free_positions == 0 || e.stuck_positions > 0 {
+        let o = e.obstacles;
+        let _ = writeln!(
+            out,
+            "  held          {} positions: {} fixed, {} seam, {} topology, {} flip",
+            grouped(e.stuck_positions),
+            grouped(o.fixed),
+            grouped(o.seam),
+            grouped(o.topology),
+            grouped(o.flip)
+        );
+    }
 }
 
 fn write_target(out: &mut String, target: &Target, clips: &[&str]) {

@@ -16,6 +16,17 @@ pub(crate) fn write_stuck(out: &mut String, portrait: &Portrait<'_>) {
     let name = Text(&portrait.character.manifest.name);
     let share = percent(f64::from(e.coarsest.triangles) / f64::from(e.full.triangles.max(1)));
     let missed: Vec<String> = portrait.missed_ratios.iter().map(|&ratio| percent(ratio)).collect();
+    if e.free_positions > 0 {
+        let missed =
+            if missed.is_empty() { String::new() } else { format!(" <b>Not reached: {}.</b>", missed.join(", ")) };
+        let _ = write!(
+            out,
+            "<h3>What holds the coarsest level</h3><p class=\"soft\">Nothing: the bake ended the detail at {} triangles, {share} of full \
+             detail.{missed} <code>--coarsest last</code> goes on.</p>",
+            grouped(e.coarsest.triangles)
+        );
+        return;
+    }
     if e.causes.iter().all(|cause| cause.cause == Cause::LastPiece) && !e.causes.is_empty() {
         let _ = write!(
             out,
