@@ -32,6 +32,8 @@ mod level_mesh;
 mod lib_tests;
 mod measure;
 mod measure_surfaces;
+#[cfg(test)]
+mod mirror_tests;
 mod quadrics;
 mod refit;
 mod reform;
