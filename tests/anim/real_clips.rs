@@ -1,48 +1,16 @@
 //! Clips of real characters, sampled and bounded; the oracle skins in `f64`, one vertex at a time.
 
-use crowd_anim::{
-    Bounds, ClipView, Interpolation, Joint, Mat3x4, Property, Skeleton, TrackView, Trs, animated_bounds, pose_at,
-    sample_clip, union_bounds,
-};
-use crowd_source::{Limits, RawCharacter, RawClip, RawInterpolation, RawProperty, load_character};
+use crowd_anim::{Bounds, Joint, Mat3x4, Skeleton, animated_bounds, pose_at, sample_clip, union_bounds};
+use crowd_source::{Limits, RawCharacter, load_character};
 use crowd_tests::folders::assets;
-use glam::{Mat4, Quat, Vec3};
+use crowdbake::views::{clip_view, joints_of, skeleton_of};
 
 fn load(path: &str) -> RawCharacter {
     load_character(&assets().join(path), &Limits::default()).unwrap()
 }
 
 fn skeleton(raw: &RawCharacter) -> (Skeleton, Vec<Joint>) {
-    let rest = raw.nodes.iter().map(|node| Trs {
-        translation: Vec3::from(node.translation),
-        rotation: Quat::from_array(node.rotation),
-        scale: Vec3::from(node.scale),
-    });
-    let skeleton = Skeleton { parents: raw.nodes.iter().map(|node| node.parent).collect(), rest: rest.collect() };
-    let to_joint = |joint: &crowd_source::RawJoint| Joint {
-        node: joint.node,
-        inverse_bind: Mat4::from_cols_array(&joint.inverse_bind),
-    };
-    (skeleton, raw.joints.iter().map(to_joint).collect())
-}
-
-fn view(clip: &RawClip) -> ClipView<'_> {
-    let tracks = clip.tracks.iter().map(|track| TrackView {
-        node: track.node,
-        property: match track.property {
-            RawProperty::Translation => Property::Translation,
-            RawProperty::Rotation => Property::Rotation,
-            RawProperty::Scale => Property::Scale,
-        },
-        interpolation: match track.interpolation {
-            RawInterpolation::Step => Interpolation::Step,
-            RawInterpolation::Linear => Interpolation::Linear,
-            RawInterpolation::CubicSpline => Interpolation::CubicSpline,
-        },
-        times: &track.times,
-        values: &track.values,
-    });
-    ClipView { name: &clip.name, tracks: tracks.collect() }
+    (skeleton_of(raw), joints_of(raw))
 }
 
 fn skin(raw: &RawCharacter, vertex: usize, palette: &[Mat3x4]) -> [f64; 3] {
@@ -87,7 +55,7 @@ fn bounds_hold_every_vertex_of_every_frame_and_between() {
         let (skeleton, joints) = skeleton(&raw);
         assert!(!raw.clips.is_empty(), "{path} moves");
         let clips: Vec<_> =
-            raw.clips.iter().map(|clip| sample_clip(&skeleton, &joints, &view(clip), 30.0).unwrap()).collect();
+            raw.clips.iter().map(|clip| sample_clip(&skeleton, &joints, &clip_view(clip), 30.0).unwrap()).collect();
         let mesh = &raw.mesh;
         let bound =
             |palettes: &[Mat3x4]| animated_bounds(&mesh.positions, &mesh.joints, &mesh.weights, palettes, joints.len());
@@ -125,7 +93,7 @@ fn frames_are_the_poses_at_their_times() {
     let raw = load(CHARACTERS[0]);
     let (skeleton, joints) = skeleton(&raw);
     for clip in &raw.clips {
-        let view = view(clip);
+        let view = clip_view(clip);
         let sampled = sample_clip(&skeleton, &joints, &view, 24.0).unwrap();
         for frame in [0, 1, sampled.frame_count / 2, sampled.frame_count - 1] {
             let time_s = sampled.duration_s * frame as f32 / (sampled.frame_count - 1) as f32;
@@ -144,7 +112,7 @@ fn the_fox_closes_its_loops() {
     let raw = load(CHARACTERS[0]);
     let (skeleton, joints) = skeleton(&raw);
     let sampled: Vec<_> =
-        raw.clips.iter().map(|clip| sample_clip(&skeleton, &joints, &view(clip), 30.0).unwrap()).collect();
+        raw.clips.iter().map(|clip| sample_clip(&skeleton, &joints, &clip_view(clip), 30.0).unwrap()).collect();
     let told: Vec<_> = sampled.iter().map(|clip| (clip.name.as_str(), clip.frame_count)).collect();
     // 82, 17 and 28 keys at 24 a second: 3.417 s, 0.708 s and 1.158 s.
     assert_eq!(told, [("Survey", 104), ("Walk", 23), ("Run", 36)]);

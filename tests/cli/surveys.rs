@@ -7,6 +7,8 @@ fn a_survey_has_a_row_for_each_asset_good_or_bad() {
     let bench = Bench::new();
     bench.copy(TUBE, "in/tube.glb");
     bench.copy(TRIANGLE, "in/triangle.glb");
+    bench.copy(TRIANGLE, "in/a/b.glb");
+    bench.copy(TRIANGLE, "in/a-b.glb");
     bench.write("in/bad.glb", b"no");
     bench.run(&["survey", "@in", "-o", "@S.md", "--pictures", "@p"]).expect(1).says(&["bad.glb: refused"]);
     let table = String::from_utf8(bench.read("S.md")).unwrap();
@@ -14,5 +16,8 @@ fn a_survey_has_a_row_for_each_asset_good_or_bad() {
         assert!(table.contains(part), "no {part} in:\n{table}");
     }
     assert!(!table.contains(&bench.path("").to_string_lossy().into_owned()), "machine paths stay out:\n{table}");
-    assert_eq!(crate::bench::listing(&bench.path("p")), ["triangle.glb.png", "tube.glb.png"]);
+    assert_eq!(
+        crate::bench::listing(&bench.path("p")),
+        ["a-b.glb-2.png", "a-b.glb.png", "triangle.glb.png", "tube.glb.png"]
+    );
 }

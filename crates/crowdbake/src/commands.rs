@@ -560,8 +560,10 @@ fn make_survey(args: &SurveyArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> R
     }
     talk.start_progress(plan.entries.len());
     let mut rows = Vec::new();
-    for entry in &plan.entries {
-        let shown = survey::shown_path(&entry.path, &args.inputs);
+    let shown_paths: Vec<String> =
+        plan.entries.iter().map(|entry| survey::shown_path(&entry.path, &args.inputs)).collect();
+    let picture_names = survey::picture_names(&shown_paths);
+    for ((entry, shown), picture_name) in plan.entries.iter().zip(shown_paths).zip(picture_names) {
         talk.advance(0.0, &shown, "survey");
         let (row, contents) = survey::survey_asset(entry, shown.clone());
         match &row.outcome {
@@ -575,7 +577,7 @@ fn make_survey(args: &SurveyArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> R
             }
         }
         if let (Some(folder), Some(contents)) = (&args.pictures, contents) {
-            let path = folder.join(survey::picture_name(&shown));
+            let path = folder.join(picture_name);
             refuse_inputs(&path, std::slice::from_ref(&entry.path))?;
             let picture = survey::survey_picture(&contents)?;
             write_whole(&path, &crowd_raster::encode_png(&picture))?;

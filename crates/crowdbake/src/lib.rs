@@ -35,7 +35,7 @@ mod talk;
 mod units;
 pub mod unpack;
 pub mod verify;
-mod views;
+pub mod views;
 
 pub use bake::{BakedCharacter, bake_character, bake_file};
 pub use commands::{run, run_in};

@@ -28,6 +28,10 @@ pub struct Plan {
     pub refused: Vec<BakeError>,
     /// What people should know: names made unique, files named twice.
     pub notes: Vec<String>,
+    /// The first manifest that says how matrices are stored.
+    pub(crate) layout_said_by: Option<PathBuf>,
+    /// A later manifest that says otherwise.
+    pub(crate) layout_dispute: Option<PlanError>,
     /// Every file read, manifests too: outputs may not be one of them.
     pub inputs: Vec<PathBuf>,
 }
@@ -154,6 +158,9 @@ pub fn make_plan(inputs: &[PathBuf], options: &BakeOptions, layout: Option<Layou
             LayoutWord::Premultiplied3x4 => AnimationLayout::Premultiplied3x4,
             LayoutWord::Split4x4 => AnimationLayout::Split4x4,
         };
+    } else if let Some(dispute) = plan.layout_dispute.take() {
+        plan.refused.push(BakeError::whole(Step::Plan, Cause::Plan(dispute)));
+        plan.entries.clear();
     }
     plan
 }
@@ -233,7 +240,21 @@ fn expand_manifest(path: &Path, plan: &mut Plan) -> Result<Vec<Found>, PlanError
     })?;
     plan.inputs.push(path.to_owned());
     if let Some(layout) = manifest.animation_layout {
-        plan.animation_layout = layout;
+        match &plan.layout_said_by {
+            Some(first) if plan.animation_layout != layout => {
+                let problem = format!(
+                    "found another layout than in {}, and a pack has one: leave one out, or say it with --animation-layout",
+                    first.display()
+                );
+                let key = "pack.animation_layout".to_owned();
+                plan.layout_dispute.get_or_insert(PlanError::Config { path: path.to_owned(), key, problem });
+            }
+            Some(_) => {}
+            None => {
+                plan.animation_layout = layout;
+                plan.layout_said_by = Some(path.to_owned());
+            }
+        }
     }
     let folder = path.parent().unwrap_or(Path::new(""));
     let characters = manifest.characters.into_iter();
@@ -401,6 +422,27 @@ mod tests {
         assert_eq!(entry.coarsest(), Coarsest::Last);
         entry.coarsest = Some(Coarsest::Triangles(40));
         assert_eq!(entry.coarsest(), Coarsest::Triangles(40));
+    }
+
+    #[test]
+    fn manifests_that_ask_for_two_layouts_are_refused_unless_the_command_line_settles_it() {
+        let folder = folder_with(&["a.glb", "b.glb", "c.glb"]);
+        let manifest = |file: &str, layout: &str| {
+            let pack =
+                if layout.is_empty() { String::new() } else { format!("[pack]\nanimation_layout = '{layout}'\n") };
+            let path = folder.path().join(format!("{file}.toml"));
+            std::fs::write(&path, format!("{pack}[[characters]]\nsource = '{file}.glb'\n")).unwrap();
+            path
+        };
+        let (a, b, c) = (manifest("a", "4x4"), manifest("b", "3x4"), manifest("c", ""));
+        let plan = make_plan(&[a.clone(), c.clone(), b.clone()], &BakeOptions::default(), None);
+        let words = plan.refused[0].to_string();
+        assert!(words.contains("b.toml: pack.animation_layout") && words.contains("a.toml"), "{words}");
+        assert!(plan.entries.is_empty() && plan.refused.len() == 1);
+        let settled = make_plan(&[a.clone(), b], &BakeOptions::default(), Some(LayoutWord::Premultiplied3x4));
+        assert_eq!((settled.animation_layout, settled.entries.len()), (AnimationLayout::Premultiplied3x4, 2));
+        let alike = make_plan(&[a, c], &BakeOptions::default(), None);
+        assert_eq!((alike.animation_layout, alike.refused.len()), (AnimationLayout::Split4x4, 0));
     }
 
     #[test]

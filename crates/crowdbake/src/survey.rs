@@ -10,6 +10,7 @@ use crate::plan::PlanEntry;
 use crate::unpack::Unpacked;
 use crowd_lod::{Coarsest, Criteria};
 use crowd_pack::{AnimationLayout, PackContents};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -209,10 +210,32 @@ fn cell(text: &str) -> String {
 }
 
 /// A file name for the picture of an asset: its path with `-` for what separates.
-pub fn picture_name(shown_path: &str) -> String {
+fn picture_name(shown_path: &str) -> String {
     let name: String =
         shown_path.chars().map(|c| if c.is_alphanumeric() || c == '_' || c == '.' { c } else { '-' }).collect();
     name.trim_matches('-').to_owned() + ".png"
+}
+
+/// File names for pictures of assets, none twice: of those that flatten to one name, the later ones get a number.
+pub fn picture_names(shown_paths: &[String]) -> Vec<String> {
+    let plain: Vec<String> = shown_paths.iter().map(|path| picture_name(path)).collect();
+    // Some file systems take upper and lower case for one.
+    let key = |name: &str| name.to_lowercase();
+    let mut taken: BTreeSet<String> = BTreeSet::new();
+    let all: BTreeSet<String> = plain.iter().map(|name| key(name)).collect();
+    let unique = |name: String| {
+        if taken.insert(key(&name)) {
+            return name;
+        }
+        let stem = name.trim_end_matches(".png");
+        let free = (2_u32..)
+            .map(|number| format!("{stem}-{number}.png"))
+            .find(|name| !taken.contains(&key(name)) && !all.contains(&key(name)))
+            .expect("there are more numbers than assets");
+        taken.insert(key(&free));
+        free
+    };
+    plain.into_iter().map(unique).collect()
 }
 
 /// The path as the table shows it: relative to the input that holds it.
@@ -235,5 +258,8 @@ mod tests {
     #[test]
     fn pictures_are_named_by_their_path() {
         assert_eq!(picture_name("kaykit/props/a b.gltf"), "kaykit-props-a-b.gltf.png");
+        let paths = ["a/b.glb", "a b.glb", "a-b.glb-2", "A-b.glb", "c.glb"].map(str::to_owned);
+        let names = ["a-b.glb.png", "a-b.glb-3.png", "a-b.glb-2.png", "A-b.glb-4.png", "c.glb.png"];
+        assert_eq!(picture_names(&paths), names);
     }
 }

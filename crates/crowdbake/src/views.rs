@@ -7,7 +7,7 @@ use crowd_source::{RawCharacter, RawClip, RawInterpolation, RawMaterial, RawMesh
 use glam::{Mat4, Quat, Vec3};
 
 /// The node tree for `crowd-anim`.
-pub(crate) fn skeleton_of(raw: &RawCharacter) -> Skeleton {
+pub fn skeleton_of(raw: &RawCharacter) -> Skeleton {
     Skeleton {
         parents: raw.nodes.iter().map(|node| node.parent).collect(),
         rest: raw
@@ -23,13 +23,13 @@ pub(crate) fn skeleton_of(raw: &RawCharacter) -> Skeleton {
 }
 
 /// The joints for `crowd-anim`.
-pub(crate) fn joints_of(raw: &RawCharacter) -> Vec<Joint> {
+pub fn joints_of(raw: &RawCharacter) -> Vec<Joint> {
     let joints = raw.joints.iter();
     joints.map(|j| Joint { node: j.node, inverse_bind: Mat4::from_cols_array(&j.inverse_bind) }).collect()
 }
 
 /// A clip for `crowd-anim`.
-pub(crate) fn clip_view(clip: &RawClip) -> ClipView<'_> {
+pub fn clip_view(clip: &RawClip) -> ClipView<'_> {
     let tracks = clip.tracks.iter().map(|track| TrackView {
         node: track.node,
         property: match track.property {
