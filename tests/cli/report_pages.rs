@@ -176,6 +176,32 @@ fn a_page_holds_everything_that_it_shows() {
 }
 
 #[test]
+fn discrete_levels_stand_beside_those_they_were_made_from() {
+    let bench = Bench::with(&[TUBE]);
+    let words = ["-q", "bake", &format!("@{TUBE}"), "-o", "@out.crowdpack", "--lod-ratio", "25%,7%,4%", "--refit"];
+    bench.run(&words).expect(0);
+    bench.run(&["report", "@out.crowdpack", "-o", "@report.html"]).expect(0);
+    let page = page(&bench);
+    let tags = check(&page);
+    // Full, 50, 25 (which a refit does not better), 10, 5 and 2 % (the coarsest), and two refitted ones, in four looks and two poses.
+    let drawn = tags.iter().filter(|tag| tag.attribute("data-level").is_some()).count();
+    assert_eq!(drawn, 8 * 4 * 2);
+    for words in [
+        "lod1</b>",
+        "<b>lod3, refitted</b>",
+        "asked: 7% of the triangles",
+        "RMS of refitted levels",
+        "Poked<br/>through",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    bench.run(&["-q", "bake", &format!("@{TUBE}"), "-o", "@plain.crowdpack", "--lod-ratio", "25%"]).expect(0);
+    bench.run(&["report", "@plain.crowdpack", "-o", "@report.html"]).expect(0);
+    let page = String::from_utf8(bench.read("report.html")).unwrap();
+    assert!(page.contains("25\u{a0}%, lod1</b>") && !page.contains("refitted</b>"), "one column for one level");
+}
+
+#[test]
 fn names_stay_text_whatever_they_are() {
     let bench = Bench::with(&[TUBE]);
     bake(&bench, &[TUBE]);

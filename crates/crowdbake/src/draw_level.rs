@@ -17,15 +17,30 @@ const CAMERA_SLOPE: f32 = 0.14;
 /// Linear colour of the clay that wireframes are drawn on.
 const CLAY: [u8; 4] = [110, 114, 120, 255];
 
-/// Materials, textures and vertex attributes as the rasteriser wants them.
+/// Materials and textures as the rasteriser wants them, and what the character's vertices show.
 pub(crate) struct Surfaces {
     materials: Vec<Material>,
     /// The same without textures and colours.
     clay: Vec<Material>,
     textures: Vec<Texture>,
+    pub(crate) shown: ShownVertices,
+}
+
+/// What vertices show, pose apart; one entry per vertex.
+pub(crate) struct ShownVertices {
     uvs: Vec<[f32; 2]>,
     colors: Vec<[u8; 4]>,
-    vertex_materials: Vec<u16>,
+    materials: Vec<u16>,
+}
+
+impl ShownVertices {
+    pub(crate) fn new(vertices: &[VertexRecord]) -> Self {
+        Self {
+            uvs: vertices.iter().map(|vertex| vertex.uv).collect(),
+            colors: vertices.iter().map(|vertex| vertex.color.to_le_bytes()).collect(),
+            materials: vertices.iter().map(|vertex| vertex.material() as u16).collect(),
+        }
+    }
 }
 
 /// What a surface shows.
@@ -44,18 +59,21 @@ pub(crate) enum Look<'a> {
 pub(crate) struct Scene<'a> {
     pub character: &'a Unpacked<'a>,
     pub surfaces: &'a Surfaces,
+    /// What the vertices show that triangles are drawn with: the character's, or a level's own.
+    pub shown: &'a ShownVertices,
+    /// The same vertices, posed.
     pub posed: &'a Posed,
     pub view: &'a View,
 }
 
 impl Scene<'_> {
-    /// Draws some of the character's triangles over what is in `target`.
+    /// Draws triangles over what is in `target`.
     pub(crate) fn draw(&self, target: &mut Target, triangles: &[[u32; 3]], look: &Look<'_>) {
         let surfaces = self.surfaces;
         let clay;
         let (fill, colors, materials): (Fill, &[[u8; 4]], &[Material]) = match look {
-            Look::Textured => (Fill::Shaded, &surfaces.colors, &surfaces.materials),
-            Look::TexturedEdges => (Fill::Wireframe, &surfaces.colors, &surfaces.materials),
+            Look::Textured => (Fill::Shaded, &self.shown.colors, &surfaces.materials),
+            Look::TexturedEdges => (Fill::Wireframe, &self.shown.colors, &surfaces.materials),
             Look::Edges => {
                 clay = vec![CLAY; self.posed.positions.len()];
                 (Fill::Wireframe, &clay, &surfaces.clay)
@@ -65,9 +83,9 @@ impl Scene<'_> {
         let batch = Batch {
             positions: &self.posed.positions,
             normals: &self.posed.normals,
-            uvs: &surfaces.uvs,
+            uvs: &self.shown.uvs,
             colors,
-            vertex_materials: &surfaces.vertex_materials,
+            vertex_materials: &self.shown.materials,
             triangles,
             materials,
             textures: &surfaces.textures,
@@ -96,9 +114,7 @@ impl Surfaces {
             textures: images.par_iter().map(decode).collect::<Result<_, _>>()?,
             clay: materials.iter().map(plain).collect(),
             materials,
-            uvs: character.vertices.iter().map(|vertex| vertex.uv).collect(),
-            colors: character.vertices.iter().map(|vertex| vertex.color.to_le_bytes()).collect(),
-            vertex_materials: character.vertices.iter().map(|vertex| vertex.material() as u16).collect(),
+            shown: ShownVertices::new(character.vertices),
         })
     }
 }

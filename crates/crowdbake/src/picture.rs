@@ -77,7 +77,7 @@ pub fn draw_picture(character: &Unpacked<'_>, request: &PictureRequest) -> Resul
         let (palette, label) = pose_palette(character, pose).map_err(fail)?;
         let posed = pose_character(character, &palette);
         let view = frame_character(&posed.positions, request.size, request.turn_deg, MARGIN);
-        let scene = Scene { character, surfaces: &surfaces, posed: &posed, view: &view };
+        let scene = Scene { character, surfaces: &surfaces, shown: &surfaces.shown, posed: &posed, view: &view };
         let draw = |&ratio: &f64| {
             let (level, reached) = character.level_of_ratio(ratio);
             let mut cell = draw_cell(&scene, level, request);

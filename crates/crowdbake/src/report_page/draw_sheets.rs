@@ -2,10 +2,11 @@
 
 use super::marks::{Dot, draw_dots, project};
 use super::shown_levels::ShownLevel;
-use crate::draw_level::{Look, Scene, Surfaces, extents, frame_character, pose_character};
+use crate::draw_level::{Look, Scene, ShownVertices, Surfaces, extents, frame_character, pose_character};
 use crate::explain::Stuck;
 use crate::heat::{heat_colors, red_distance_m};
-use crate::pose::{Mat3x4, Posed};
+use crate::ordered_mesh::DecodedVertices;
+use crate::pose::{Mat3x4, Posed, pose_mesh};
 use crate::unpack::Unpacked;
 use crowd_pack::{LodRecord, VertexRecord, obstacle, vertex_class};
 use crowd_raster::{Target, View, downsample, encode_jpeg};
@@ -65,10 +66,25 @@ pub(crate) struct Sheet {
     pub rows: Vec<Vec<Drawn>>,
 }
 
+/// What is drawn of a level.
+struct Shape<'a> {
+    triangles: Vec<[u32; 3]>,
+    /// The vertices that the triangles go to, as stored.
+    records: &'a [VertexRecord],
+    own: Option<OwnVertices>,
+}
+
+/// The vertices of a refitted level, ready to draw.
+struct OwnVertices {
+    shown: ShownVertices,
+    posed: Posed,
+}
+
 /// A character in front of the camera.
 pub(crate) struct Studio<'a> {
     character: &'a Unpacked<'a>,
     surfaces: &'a Surfaces,
+    palette: Vec<Mat3x4>,
     posed: Posed,
     turn_deg: f32,
     aspect: f32,
@@ -93,15 +109,16 @@ impl<'a> Studio<'a> {
         let posed = pose_character(character, palette);
         let [width, height, _] = extents(&posed.positions, turn_deg);
         let aspect = (width / height.max(1e-6)).clamp(*ASPECTS.start(), *ASPECTS.end());
-        Self { character, surfaces, posed, turn_deg, aspect, scale }
+        Self { character, surfaces, palette: palette.to_vec(), posed, turn_deg, aspect, scale }
     }
 
     /// Draws all rows at all levels. `tell` hears the share that each picture adds.
     pub(crate) fn draw_sheet(&self, levels: &[ShownLevel], tell: &(dyn Fn(f32) + Sync)) -> Sheet {
-        let cells: Vec<(Row, LodRecord)> =
-            Row::ALL.into_iter().flat_map(|row| levels.iter().map(move |shown| (row, shown.level))).collect();
-        let draw = |&(row, level): &(Row, LodRecord)| {
-            let drawn = self.draw(row, level);
+        let shapes: Vec<Shape<'_>> = levels.iter().map(|shown| self.shape(shown)).collect();
+        let cells: Vec<(Row, &Shape<'_>)> =
+            Row::ALL.into_iter().flat_map(|row| shapes.iter().map(move |shape| (row, shape))).collect();
+        let draw = |&(row, shape): &(Row, &Shape<'_>)| {
+            let drawn = self.draw(row, shape);
             tell(1.0 / cells.len() as f32);
             drawn
         };
@@ -121,7 +138,7 @@ impl<'a> Studio<'a> {
             triangle_count: self.character.record.triangle_count,
         };
         let size = self.size(SMALL_PX / 3.0);
-        self.shoot(size, SUPERSAMPLING, |scene, target| {
+        self.shoot(size, SUPERSAMPLING, None, |scene, target| {
             scene.draw(target, &self.character.level_triangles(full), &Look::Textured);
         })
     }
@@ -133,40 +150,55 @@ impl<'a> Studio<'a> {
             .map(|s| Dot { place: self.posed.positions[s.vertex as usize], color: obstacle_color(s.obstacle) })
             .collect();
         let size = self.size(LARGE_PX);
-        self.shoot(size, SUPERSAMPLING, |scene, target| {
+        self.shoot(size, SUPERSAMPLING, None, |scene, target| {
             let ground = vec![GROUND; self.posed.positions.len()];
             scene.draw(target, &self.character.level_triangles(level), &Look::Painted(&ground));
             self.dot(scene, target, &dots, 1.5);
         })
     }
 
-    fn draw(&self, row: Row, level: LodRecord) -> Drawn {
-        let triangles = self.character.level_triangles(level);
+    fn shape(&self, shown: &ShownLevel) -> Shape<'a> {
+        let character = self.character;
+        let Some(stored) = shown.discrete.first().map(|&number| &character.discrete_levels()[number]) else {
+            return Shape { triangles: character.level_triangles(shown.level), records: character.vertices, own: None };
+        };
+        let records = character.level_vertices(stored);
+        let own = stored.is_refit().then(|| {
+            let v = DecodedVertices::new(records);
+            let posed = pose_mesh(&v.positions, &v.normals, &v.joints, &v.weights, &self.palette);
+            OwnVertices { shown: ShownVertices::new(records), posed }
+        });
+        Shape { triangles: character.table_triangles(stored), records, own }
+    }
+
+    fn draw(&self, row: Row, shape: &Shape<'_>) -> Drawn {
+        let (triangles, own) = (&shape.triangles, shape.own.as_ref());
         let small = self.size(SMALL_PX);
         match row {
-            Row::Textured => self.shoot(self.size(LARGE_PX), SUPERSAMPLING, |scene, target| {
-                scene.draw(target, &triangles, &Look::Textured);
+            Row::Textured => self.shoot(self.size(LARGE_PX), SUPERSAMPLING, own, |scene, target| {
+                scene.draw(target, triangles, &Look::Textured);
             }),
-            Row::Edges => self.shoot(small, WIRE_SUPERSAMPLING, |scene, target| {
-                scene.draw(target, &triangles, &Look::Edges);
+            Row::Edges => self.shoot(small, WIRE_SUPERSAMPLING, own, |scene, target| {
+                scene.draw(target, triangles, &Look::Edges);
             }),
             Row::Classes => {
-                let dots = self.class_dots(level, &triangles);
-                self.shoot(small, SUPERSAMPLING, |scene, target| {
-                    let ground = vec![GROUND; self.posed.positions.len()];
-                    scene.draw(target, &triangles, &Look::Painted(&ground));
+                let dots = self.class_dots(shape);
+                self.shoot(small, SUPERSAMPLING, own, |scene, target| {
+                    let ground = vec![GROUND; scene.posed.positions.len()];
+                    scene.draw(target, triangles, &Look::Painted(&ground));
                     self.dot(scene, target, &dots, 1.0);
                 })
             }
-            Row::Distance => self.draw_distance(small, &triangles),
+            Row::Distance => self.draw_distance(small, shape),
         }
     }
 
-    fn draw_distance(&self, size: [u32; 2], triangles: &[[u32; 3]]) -> Drawn {
+    fn draw_distance(&self, size: [u32; 2], shape: &Shape<'_>) -> Drawn {
         let posed = &self.posed.positions;
-        let distances_m = crowd_lod::distances_to_surface(posed, posed, triangles);
+        let level = &self.posed_vertices(shape).positions;
+        let distances_m = crowd_lod::distances_to_surface(posed, level, &shape.triangles);
         let colors = heat_colors(&distances_m, red_distance_m(self.character.record.height_m));
-        let mut drawn = self.shoot(size, SUPERSAMPLING, |scene, target| {
+        let mut drawn = self.shoot(size, SUPERSAMPLING, None, |scene, target| {
             scene.draw(target, self.character.triangles, &Look::Painted(&colors));
         });
         let furthest = (0..posed.len()).fold(0, |best, v| if distances_m[v] > distances_m[best] { v } else { best });
@@ -178,12 +210,13 @@ impl<'a> Studio<'a> {
     }
 
     /// Vertices of the level on seams and of class fixed; the fixed ones last, so that they lie on top.
-    fn class_dots(&self, level: LodRecord, triangles: &[[u32; 3]]) -> Vec<Dot> {
-        let mut used = vec![false; level.vertex_count as usize];
-        triangles.iter().flatten().for_each(|&corner| used[corner as usize] = true);
+    fn class_dots(&self, shape: &Shape<'_>) -> Vec<Dot> {
+        let mut used = vec![false; shape.records.len()];
+        shape.triangles.iter().flatten().for_each(|&corner| used[corner as usize] = true);
+        let places = &self.posed_vertices(shape).positions;
         let of_class = |class: u32, color: [u8; 4]| {
-            let vertices = (0..used.len()).filter(|&v| used[v] && self.vertex(v).class() == class);
-            let dots: Vec<Dot> = vertices.map(|v| Dot { place: self.posed.positions[v], color }).collect();
+            let vertices = (0..used.len()).filter(|&v| used[v] && shape.records[v].class() == class);
+            let dots: Vec<Dot> = vertices.map(|v| Dot { place: places[v], color }).collect();
             dots
         };
         let mut dots = of_class(vertex_class::COMPANION, COMPANION_COLOR);
@@ -191,8 +224,8 @@ impl<'a> Studio<'a> {
         dots
     }
 
-    fn vertex(&self, vertex: usize) -> &VertexRecord {
-        &self.character.vertices[vertex]
+    fn posed_vertices<'b>(&'b self, shape: &'b Shape<'_>) -> &'b Posed {
+        shape.own.as_ref().map_or(&self.posed, |own| &own.posed)
     }
 
     fn dot(&self, scene: &Scene<'_>, target: &mut Target, dots: &[Dot], factor: f32) {
@@ -210,10 +243,18 @@ impl<'a> Studio<'a> {
         frame_character(&self.posed.positions, size, self.turn_deg, MARGIN)
     }
 
-    fn shoot(&self, size: [u32; 2], supersampling: u32, draw: impl FnOnce(&Scene<'_>, &mut Target)) -> Drawn {
+    /// `own`: the vertices that `draw` draws with; the character's where there are none. The camera is the same for both.
+    fn shoot(
+        &self,
+        size: [u32; 2],
+        supersampling: u32,
+        own: Option<&OwnVertices>,
+        draw: impl FnOnce(&Scene<'_>, &mut Target),
+    ) -> Drawn {
         let mut target = backdrop(size.map(|side| side * supersampling));
         let view = self.view(size);
-        let scene = Scene { character: self.character, surfaces: self.surfaces, posed: &self.posed, view: &view };
+        let (shown, posed) = own.map_or((&self.surfaces.shown, &self.posed), |own| (&own.shown, &own.posed));
+        let scene = Scene { character: self.character, surfaces: self.surfaces, shown, posed, view: &view };
         draw(&scene, &mut target);
         let picture = downsample(&target, supersampling);
         Drawn { jpeg: encode_jpeg(&picture, QUALITY), size, furthest: None }

@@ -31,6 +31,8 @@ use std::fmt::Write;
 
 /// Characters whose pictures have their full size.
 const FULL_SIZE_CHARACTERS: f32 = 8.0;
+/// Levels whose pictures have their full size.
+const USUAL_COLUMNS: f32 = 7.0;
 /// Pictures do not shrink below this share of their pixels.
 const SMALLEST_SCALE: f32 = 0.2;
 
@@ -75,6 +77,7 @@ fn draw_portrait<'a>(character: &'a Unpacked<'a>, scale: f32, watch: Watch<'_>) 
     let rest_palette = character.rest_palette();
     let turn_deg = camera_turn_deg(&pose_character(character, &rest_palette));
     let levels = shown_levels(character);
+    let scale = scale * (USUAL_COLUMNS / levels.len() as f32).min(1.0);
     let worst = worst_frame(character);
     let sheets = if worst.is_some() { 2.0 } else { 1.0 };
     let tell = |share: f32| watch(name, share / sheets);

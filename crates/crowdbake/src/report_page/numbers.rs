@@ -58,24 +58,31 @@ pub(crate) fn write_numbers(out: &mut String, portrait: &Portrait<'_>) {
          <table class=\"numbers\"><thead><tr><th scope=\"col\">Level</th><th scope=\"col\">Triangles</th>\
          <th scope=\"col\">Vertices</th><th scope=\"col\">RMS</th><th scope=\"col\">Largest</th>\
          <th scope=\"col\">Bound</th><th scope=\"col\">Bound at<br/>720 px tall</th><th scope=\"col\">Texture<br/>drift</th>\
-         <th scope=\"col\">Normals</th>\
+         <th scope=\"col\">Normals</th><th scope=\"col\">Poked<br/>through</th>\
          <th scope=\"col\" class=\"words\">Largest in</th></tr></thead><tbody>",
         measured.len()
     );
-    for level in measured.iter().rev() {
-        write_row(out, portrait, level);
+    let discrete = portrait.character.manifest.discrete.iter().zip(portrait.character.discrete_levels());
+    for (discrete, stored) in discrete {
+        let refitted = if stored.is_refit() { ", refitted" } else { "" };
+        write_row(out, portrait, &discrete.measured, &format!("{}{refitted}", Text(&discrete.name)));
     }
-    out.push_str("</tbody></table></div></details>");
+    for level in measured.iter().rev() {
+        let share = f64::from(level.triangle_count) / f64::from(portrait.character.record.triangle_count.max(1));
+        write_row(out, portrait, level, &percent(share));
+    }
+    out.push_str(
+        "</tbody></table></div><p class=\"small soft\">Poked through: share of the surface that has come out through a layer which covers \
+         it at full detail, as a head through its helmet.</p></details>",
+    );
 }
 
-fn write_row(out: &mut String, portrait: &Portrait<'_>, level: &ManifestMeasured) {
-    let character = portrait.character;
-    let record = character.record;
-    let share = f64::from(level.triangle_count) / f64::from(record.triangle_count.max(1));
+/// `name`: escaped already.
+fn write_row(out: &mut String, portrait: &Portrait<'_>, level: &ManifestMeasured, name: &str) {
     let _ = write!(
         out,
-        "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.1} px</td><td>{:.1} texels</td><td>{:.1}°</td><td class=\"words\">{}</td></tr>",
-        percent(share),
+        "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.1} px</td><td>{:.1} texels</td><td>{:.1}°</td><td>{:.2} %</td><td class=\"words\">{}</td></tr>",
+        name,
         grouped(level.triangle_count),
         grouped(level.vertex_count),
         length(level.rms_m),
@@ -84,6 +91,7 @@ fn write_row(out: &mut String, portrait: &Portrait<'_>, level: &ManifestMeasured
         level.bound_px,
         level.uv_drift_p95_texels,
         level.normal_mean_deg,
+        level.poked_share * 100.0,
         moment(portrait, level)
     );
 }

@@ -78,23 +78,28 @@ fn write_facts(out: &mut String, portrait: &Portrait<'_>) {
     );
 }
 
-/// What a level is called: `Full detail`, `25 %`, `coarsest`.
-pub(crate) fn level_name(shown: &ShownLevel, full_triangle_count: u32) -> String {
+/// What a level is called, escaped: `Full detail`, `25 %`, `25 %, lod2`, `lod2, refitted`.
+pub(crate) fn level_name(shown: &ShownLevel, character: &Unpacked<'_>) -> String {
     if shown.full {
         return "Full detail".to_owned();
     }
-    if shown.ratios.is_empty() {
-        return percent(f64::from(shown.level.triangle_count) / f64::from(full_triangle_count.max(1)));
+    let mut names: Vec<String> = shown.ratios.iter().map(|&ratio| percent(ratio)).collect();
+    names.extend(shown.discrete.iter().map(|&number| Text(&character.manifest.discrete[number].name).to_string()));
+    if names.is_empty() {
+        let share = f64::from(shown.level.triangle_count) / f64::from(character.record.triangle_count.max(1));
+        names.push(percent(share));
     }
-    shown.ratios.iter().map(|&ratio| percent(ratio)).collect::<Vec<_>>().join(", ")
+    if shown.refitted {
+        names.push("refitted".to_owned());
+    }
+    names.join(", ")
 }
 
 fn write_viewer(out: &mut String, portrait: &Portrait<'_>, id: &str) {
-    let full = portrait.character.record.triangle_count;
     let options = |chosen: usize| {
         let option = |(place, shown): (usize, &ShownLevel)| {
             let mark = if place == chosen { " selected=\"selected\"" } else { "" };
-            let (name, triangles) = (level_name(shown, full), grouped(shown.level.triangle_count));
+            let (name, triangles) = (level_name(shown, portrait.character), grouped(shown.level.triangle_count));
             format!("<option value=\"{place}\"{mark}>{name} · {triangles} triangles</option>")
         };
         portrait.levels.iter().enumerate().map(option).collect::<String>()
@@ -138,7 +143,6 @@ fn row_name(row: Row) -> &'static str {
 }
 
 fn write_sheet(out: &mut String, portrait: &Portrait<'_>, sheet: &Sheet, id: &str, pose: &str) {
-    let full = portrait.character.record.triangle_count;
     let name = Text(&portrait.character.manifest.name);
     let _ = write!(
         out,
@@ -148,11 +152,15 @@ fn write_sheet(out: &mut String, portrait: &Portrait<'_>, sheet: &Sheet, id: &st
     portrait.levels.iter().for_each(|_| out.push_str("<col/>"));
     out.push_str("</colgroup><thead><tr><td></td>");
     for shown in &portrait.levels {
-        let note = if shown.coarsest { "<br/>the coarsest" } else { "" };
+        let mut note = if shown.coarsest { "<br/>the coarsest".to_owned() } else { String::new() };
+        for &number in &shown.discrete {
+            let target = crate::lod_target::LodTarget(portrait.character.manifest.discrete[number].target);
+            let _ = write!(note, "<br/>asked: {}", target.words());
+        }
         let _ = write!(
             out,
             "<th scope=\"col\"><b>{}</b>{} triangles{note}</th>",
-            level_name(shown, full),
+            level_name(shown, portrait.character),
             grouped(shown.level.triangle_count)
         );
     }
@@ -162,7 +170,8 @@ fn write_sheet(out: &mut String, portrait: &Portrait<'_>, sheet: &Sheet, id: &st
         write_legend(out, *row, portrait.character.record.height_m);
         out.push_str("</th>");
         for (level, (shown, drawn)) in portrait.levels.iter().zip(drawn).enumerate() {
-            let what = format!("{name} {pose}, {}, {}", level_name(shown, full), row_name(*row).to_lowercase());
+            let what =
+                format!("{name} {pose}, {}, {}", level_name(shown, portrait.character), row_name(*row).to_lowercase());
             out.push_str("<td><span class=\"cell\">");
             write_image(out, drawn, &what, &format!(" data-row=\"{place}\" data-level=\"{level}\""));
             write_furthest(out, drawn, shown);
@@ -233,6 +242,15 @@ fn write_chart(out: &mut String, portrait: &Portrait<'_>, id: &str) {
         class,
         points: measured.iter().map(|level| (level.triangle_count, of(level))).collect(),
     };
+    let stored = character.manifest.discrete.iter().zip(character.discrete_levels());
+    let refitted = Curve {
+        name: "RMS of refitted levels",
+        class: "refit",
+        points: stored
+            .filter(|(_, level)| level.is_refit())
+            .map(|(discrete, _)| (discrete.measured.triangle_count, discrete.measured.rms_m))
+            .collect(),
+    };
     let marks = RATIOS.iter().filter(|ratio| !portrait.missed_ratios.contains(ratio));
     let chart = Chart {
         character: &character.manifest.name,
@@ -243,6 +261,7 @@ fn write_chart(out: &mut String, portrait: &Portrait<'_>, id: &str) {
             curve("largest distance", "max", |m| m.max_m),
             curve("RMS distance", "rms", |m| m.rms_m),
             curve("bound over all frames", "bound", |m| m.bound_m),
+            refitted,
         ],
     };
     out.push_str("<h3>How far each level is from full detail</h3>");

@@ -19,15 +19,31 @@ pub(crate) struct ShownLevel {
     pub full: bool,
     /// The coarsest level.
     pub coarsest: bool,
+    /// The discrete levels that this is, by their place in the pack.
+    pub discrete: Vec<usize>,
+    /// Has vertices of its own: those of its one discrete level.
+    pub refitted: bool,
     pub level: LodRecord,
 }
 
-/// Full detail, the shares that are reached, and the coarsest level; each level once, finest first.
+/// Discrete levels shown; a page is to be looked at.
+const MOST_DISCRETE: usize = 8;
+
+/// Full detail, the shares that are reached, the coarsest level, and the discrete levels; each level once, finest first, a refitted one
+/// after the one it was made from.
 pub(crate) fn shown_levels(character: &Unpacked<'_>) -> Vec<ShownLevel> {
     let record = character.record;
     let full = LodRecord { vertex_count: record.vertex_count, triangle_count: record.triangle_count };
     let coarsest = LodRecord { vertex_count: record.min_vertex_count, triangle_count: record.min_triangle_count };
-    let mut shown = vec![ShownLevel { ratios: Vec::new(), full: true, coarsest: full == coarsest, level: full }];
+    let plain = |level| ShownLevel {
+        ratios: Vec::new(),
+        full: false,
+        coarsest: false,
+        discrete: Vec::new(),
+        refitted: false,
+        level,
+    };
+    let mut shown = vec![ShownLevel { full: true, coarsest: full == coarsest, ..plain(full) }];
     for ratio in RATIOS {
         let (level, reached) = character.level_of_ratio(ratio);
         if !reached {
@@ -36,14 +52,21 @@ pub(crate) fn shown_levels(character: &Unpacked<'_>) -> Vec<ShownLevel> {
         match shown.iter_mut().find(|known| known.level == level) {
             Some(known) => known.ratios.push(ratio),
             None => {
-                let coarsest = level == coarsest;
-                shown.push(ShownLevel { ratios: vec![ratio], full: false, coarsest, level });
+                shown.push(ShownLevel { ratios: vec![ratio], coarsest: level == coarsest, ..plain(level) });
             }
         }
     }
     if !shown.iter().any(|known| known.coarsest) {
-        shown.push(ShownLevel { ratios: Vec::new(), full: false, coarsest: true, level: coarsest });
+        shown.push(ShownLevel { coarsest: true, ..plain(coarsest) });
     }
+    for (number, stored) in character.discrete_levels().iter().enumerate().take(MOST_DISCRETE) {
+        let level = LodRecord { vertex_count: stored.vertex_count, triangle_count: stored.triangle_count };
+        match shown.iter_mut().find(|known| known.level == level && !known.refitted && !stored.is_refit()) {
+            Some(known) => known.discrete.push(number),
+            None => shown.push(ShownLevel { discrete: vec![number], refitted: stored.is_refit(), ..plain(level) }),
+        }
+    }
+    shown.sort_by_key(|known| (std::cmp::Reverse(known.level.triangle_count), known.refitted));
     shown
 }
 
