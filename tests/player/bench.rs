@@ -33,6 +33,7 @@ fn techniques_are_measured_in_turn_at_every_count() {
         }
     }
     assert_eq!(rows[0]["frame_ratio"], 1.0);
+    assert_eq!(rows[0]["image_rmse"], 0.0, "full detail is full detail");
     assert_eq!(rows[0]["draws"], 9, "a draw per instance");
     assert!(rows[5]["draws"].as_u64() < Some(25));
 }

@@ -26,10 +26,12 @@ pub enum Quantity {
     Vertices,
     /// Draws of the last frame.
     Draws,
+    /// Difference of the last frame to full detail.
+    Image,
 }
 
 impl Quantity {
-    const NAMES: [(&'static str, Self); 9] = [
+    const NAMES: [(&'static str, Self); 10] = [
         ("frame_ms", Self::Frame),
         ("frame_p95_ms", Self::FrameP95),
         ("gpu_ms", Self::Gpu),
@@ -39,6 +41,7 @@ impl Quantity {
         ("triangles", Self::Triangles),
         ("vertices", Self::Vertices),
         ("draws", Self::Draws),
+        ("image_rmse", Self::Image),
     ];
 
     /// Its value in a row; `None` where the adapter has no timestamps.
@@ -53,6 +56,7 @@ impl Quantity {
             Self::Triangles => Some(row.triangles.into()),
             Self::Vertices => Some(row.vertices.into()),
             Self::Draws => Some(row.draws.into()),
+            Self::Image => Some(row.image_rmse.into()),
         }
     }
 }

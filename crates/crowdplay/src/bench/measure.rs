@@ -6,11 +6,12 @@ use crate::backend;
 use crate::crowd::{self, Crowd};
 use crate::gpu_backend::GpuBackend;
 use crate::gpu_device::Gpu;
+use crate::picture::Picture;
 use crate::plan::{HeadlessPlan, Show};
 use crate::stats::{Frame, Spread, overflow_words};
 use crate::view::{Viewer, frame_config};
 use crate::{Error, Result, Talk};
-use crowd_stages::{DrawOptions, FrameTotals, Technique, overflow};
+use crowd_stages::{DrawOptions, FrameTotals, InstanceRecord, Technique, overflow};
 use std::time::Instant;
 
 /// The stage that is not level of detail.
@@ -106,6 +107,20 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
     talk.say(&format!("{} instances: {rounds} frames each of {} techniques", crowd.instances.len(), contenders.len()));
     let count = crowd.instances.len() as u32;
     let mut rows: Vec<Row> = contenders.iter().map(|contender| row_of(contender, count, budget)).collect();
+    let time_s = start_s + (rounds - 1) as f32 * dt_s;
+    let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
+    let mut picture = |instances: &[InstanceRecord], technique: Technique| {
+        backend.set_instances(instances)?;
+        backend.draw(&config, DrawOptions { technique, ..plan.detail.draw })?;
+        backend.picture()
+    };
+    let empty = picture(&[], Technique::PseudoInstancing)?;
+    let full_detail = picture(&crowd.instances, Technique::PseudoInstancing)?;
+    for row in &mut rows {
+        let technique = contenders.iter().find(|c| c.technique.name() == row.technique).map(|c| c.technique);
+        let drawn = picture(&crowd.instances, technique.unwrap_or_default())?;
+        row.image_rmse = difference(&drawn, &full_detail, &empty);
+    }
     let base = rows[0].frame_ms.median;
     rows.iter_mut().for_each(|row| row.frame_ratio = row.frame_ms.median / base);
     Ok(rows)
@@ -142,6 +157,40 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
         vertices: contender.last.vertex_count,
         triangles: contender.last.triangle_count,
         draws: contender.last.draw_count,
+        image_rmse: 0.0,
         overflow: overflow_words(overflow),
+    }
+}
+
+/// Root mean square difference of two pictures, sRGB 0 to 1, over the pixels in which either shows anyone; 0 where none does.
+/// `empty`: the same view without anyone.
+fn difference(drawn: &Picture, full_detail: &Picture, empty: &Picture) -> f32 {
+    let (mut sum, mut count) = (0.0_f64, 0_u64);
+    for ((a, b), nobody) in drawn.pixels.iter().zip(&full_detail.pixels).zip(&empty.pixels) {
+        if a == nobody && b == nobody {
+            continue;
+        }
+        count += 3;
+        let squares = a.iter().zip(b).take(3).map(|(a, b)| (f64::from(*a) - f64::from(*b)) / 255.0);
+        sum += squares.map(|d| d * d).sum::<f64>();
+    }
+    if count == 0 { 0.0 } else { (sum / count as f64).sqrt() as f32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_differ_where_someone_is() {
+        let of = |pixels: &[[u8; 4]]| Picture { width: pixels.len() as u32, height: 1, pixels: pixels.to_vec() };
+        let (sky, white, black) = ([9, 9, 9, 255], [255; 4], [0, 0, 0, 255]);
+        let empty = of(&[sky, sky, sky, sky]);
+        let full = of(&[sky, white, white, sky]);
+        assert_eq!(difference(&full, &full, &empty), 0.0);
+        assert_eq!(difference(&of(&[sky, black, black, sky]), &full, &empty), 1.0);
+        let half = difference(&of(&[sky, white, black, sky]), &full, &empty);
+        assert!((half - 0.5_f32.sqrt()).abs() < 1e-6, "{half}");
+        assert_eq!(difference(&empty, &empty, &empty), 0.0);
     }
 }

@@ -70,6 +70,8 @@ pub struct Row {
     pub triangles: u32,
     /// Draws of the last frame that drew anything.
     pub draws: u32,
+    /// Difference of the last frame to full detail, RMS of sRGB 0 to 1 over the pixels that show anyone.
+    pub image_rmse: f32,
     /// What did not fit in some frame.
     pub overflow: Vec<&'static str>,
 }
@@ -89,7 +91,7 @@ pub struct Judged {
 
 /// Columns of the table for spreadsheets.
 const COLUMNS: &str = "adapter,driver,device_type,pack,width,height,samples,rounds,count,technique,budget,frame_ms_median,frame_ms_p95,\
-frame_ratio,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,vertices,triangles,draws,overflow,features";
+frame_ratio,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,vertices,triangles,draws,image_rmse,overflow,features";
 
 impl BenchReport {
     /// Comma-separated values with a header; text with quotes around it.
@@ -105,7 +107,7 @@ impl BenchReport {
             let Row { count, technique, budget, frame_ms, visible, vertices, triangles, draws, .. } = row;
             let _ = writeln!(
                 csv,
-                "{texts},{width},{height},{},{},{count},{technique},{budget},{},{},{},{},{},{},{},{visible},{vertices},{triangles},{draws},{},{}",
+                "{texts},{width},{height},{},{},{count},{technique},{budget},{},{},{},{},{},{},{},{visible},{vertices},{triangles},{draws},{},{},{}",
                 self.samples,
                 self.rounds,
                 frame_ms.median,
@@ -115,6 +117,7 @@ impl BenchReport {
                 optional(row.gpu_ms.map(|s| s.p95)),
                 optional(row.lod_ms),
                 optional(row.lod_share),
+                row.image_rmse,
                 quoted(&row.overflow.join(" ")),
                 quoted(&self.features.join(" ")),
             );
@@ -131,7 +134,7 @@ impl BenchReport {
         );
         let _ = writeln!(
             out,
-            "{:>9}  {:<18} {:>10} {:>9} {:>7} {:>9} {:>8} {:>8} {:>9} {:>11} {:>10} {:>7}",
+            "{:>9}  {:<18} {:>10} {:>9} {:>7} {:>9} {:>8} {:>8} {:>9} {:>11} {:>10} {:>7} {:>8}",
             "instances",
             "technique",
             "frame ms",
@@ -143,13 +146,14 @@ impl BenchReport {
             "visible",
             "triangles",
             "vertices",
-            "draws"
+            "draws",
+            "image"
         );
         let number = |value: Option<f32>, digits: usize| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
         for row in &self.rows {
             let _ = writeln!(
                 out,
-                "{:>9}  {:<18} {:>10.2} {:>9.2} {:>7.3} {:>9} {:>8} {:>8} {:>9} {:>11} {:>10} {:>7}",
+                "{:>9}  {:<18} {:>10.2} {:>9.2} {:>7.3} {:>9} {:>8} {:>8} {:>9} {:>11} {:>10} {:>7} {:>8.4}",
                 row.count,
                 row.technique,
                 row.frame_ms.median,
@@ -161,7 +165,8 @@ impl BenchReport {
                 row.visible,
                 row.triangles,
                 row.vertices,
-                row.draws
+                row.draws,
+                row.image_rmse
             );
         }
         out
