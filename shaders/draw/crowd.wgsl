@@ -64,6 +64,19 @@ fn bucketed(@builtin(vertex_index) v: u32, @builtin(instance_index) entry: u32) 
     return place_vertex(slot_instances[entry], v);
 }
 
+// Everyone placed beforehand: attributes are all there is to a vertex.
+@vertex
+fn placed(
+    @location(0) position: vec3f,
+    @location(1) normal_oct: u32,
+    @location(2) uv: vec2f,
+    @location(3) color: vec4f,
+    @location(4) material: u32,
+) -> Surface {
+    let clip_position = config.clip_from_world * vec4f(position, 1.0);
+    return Surface(clip_position, position, decode_normal(normal_oct), uv, color, material);
+}
+
 // One texture coordinate brought into 0..1 by the material's wrap mode. The sampler repeats, so for the others we stay half
 // a texel (of the coarser level read) away from the border.
 fn wrap(u: f32, mode: u32, half_texel: f32) -> f32 {

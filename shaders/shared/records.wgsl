@@ -11,6 +11,8 @@ const BLOCK_SIZE: u32 = 256u;
 const INSTANCE_GROUP_SIZE: u32 = 64u;
 // Threads of a sorting group, each with one instance; also the most values of a digit.
 const SORT_BLOCK_SIZE: u32 = 64u;
+// Heights that fill_budget tries in one pass.
+const FILL_CANDIDATES: u32 = 16u;
 
 const OVERFLOW_BUDGET: u32 = 1u;
 const OVERFLOW_VERTICES: u32 = 2u;
@@ -98,9 +100,8 @@ struct FrameConfig {
     budget: u32,
     instance_count: u32,
     weight: u32,
-    reserved_a: u32,
-    reserved_b: u32,
-    reserved_c: u32,
+    reserved: u32,
+    lod_depths_m: vec2f,
 }
 
 struct CullRecord {
@@ -155,6 +156,24 @@ struct FrameTotals {
     needed_vertices: u32,
     needed_triangles: u32,
     draw_count: u32,
+    wanted_count: u32,
+    reserved: array<u32, 3>,
+}
+
+struct FillState {
+    low_bits: u32,
+    high_bits: u32,
+    low_count: u32,
+    pass_number: u32,
+    candidates: array<u32, FILL_CANDIDATES>,
+    reserved: array<u32, 4>,
+}
+
+struct DiscreteConfig {
+    half_diagonal_m: f32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
 }
 
 struct BucketRecord {

@@ -115,6 +115,8 @@ fn write_args(@builtin(local_invocation_index) lane: u32) {
         let all = drawn[0];
         let over = select(0u, OVERFLOW_BUDGET, sums.min_vertex_count > config.budget);
         draw_counts = DrawCounts(count_16, count_32);
-        totals = FrameTotals(all.x, all.y, all.z, sums.min_vertex_count, over, all.y, all.z, count_16 + count_32);
+        let draws = count_16 + count_32;
+        let wanted = sums.wanted_count;
+        totals = FrameTotals(all.x, all.y, all.z, sums.min_vertex_count, over, all.y, all.z, draws, wanted, array<u32, 3>());
     }
 }

@@ -51,5 +51,7 @@ fn write_draw_args() {
         counts.vertex_base,
         counts.triangle_base,
         select(0u, 1u, drawn.y > 0u),
+        sums.wanted_count,
+        array<u32, 3>(),
     );
 }

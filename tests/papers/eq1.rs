@@ -1,7 +1,7 @@
 //! Peng 2011 Eq. 1 and Dong 2019 Eq. 1, computed by hand for three instances.
 
 use crowd_pack::{CharacterRecord, ClipRecord, LodRecord};
-use crowd_stages::{CrowdData, FrameConfig, InstanceRecord, Weight, cpu};
+use crowd_stages::{CrowdData, Fit, FrameConfig, InstanceRecord, Weight, cpu};
 
 /// Characters of 5,000 and 40,000 vertices, a hundred at least; a level for every count, two triangles a vertex; a sphere of
 /// radius 1 around the feet.
@@ -43,7 +43,11 @@ fn frame(budget: u32, weight: Weight) -> FrameConfig {
 }
 
 fn counts(data: &CrowdData, instances: &[InstanceRecord], config: &FrameConfig) -> Vec<u32> {
-    cpu::run_selection(data, &data.lods, instances, config).choices.iter().map(|choice| choice.vertex_count).collect()
+    cpu::run_selection(data, &data.lods, instances, config, Fit::Plain)
+        .choices
+        .iter()
+        .map(|choice| choice.vertex_count)
+        .collect()
 }
 
 /// A^(1/3) goes with distance^(-2/3): weights 1, 1/4 and 1/9, sum 49/36. With N = 4,900 the counts are 3,600, 900 and 400.
@@ -89,7 +93,7 @@ fn counts_end_at_full_detail() {
 #[test]
 fn a_budget_below_the_coarsest_levels_is_reported() {
     let data = crowd();
-    let frame = cpu::run_selection(&data, &data.lods, &instances(), &frame(299, Weight::Area));
+    let frame = cpu::run_selection(&data, &data.lods, &instances(), &frame(299, Weight::Area), Fit::Plain);
     assert!(frame.choices.iter().all(|choice| (choice.vertex_count, choice.triangle_count) == (100, 200)));
     assert_eq!((frame.totals.overflow, frame.totals.min_vertex_count), (crowd_stages::overflow::BUDGET, 300));
 }

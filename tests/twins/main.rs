@@ -1,7 +1,9 @@
 //! Twins: each stage alone on the GPU against the plain function that follows the paper, and the whole chain.
 
 mod cases;
+mod cull_by_depth;
 mod cull_instances;
+mod fill_budget;
 mod fit_budget;
 mod key_instances;
 mod orphans;

@@ -4,8 +4,8 @@ use crate::cases::{SIZES, case, data, first_difference};
 use crowd_raster::{ImageDifference, Target, compare_images};
 use crowd_stages::gpu::{ANIMATION_HEIGHT, ANIMATION_WIDTH, CrowdRenderer, RendererOptions};
 use crowd_stages::{
-    Capacities, CrowdData, DrawArgs, DrawOptions, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice,
-    Technique, Weight, cpu, overflow,
+    Capacities, CrowdData, DrawArgs, DrawOptions, Fit, FrameConfig, FrameTotals, InstanceBase, InstanceRecord,
+    LodChoice, Technique, Weight, cpu, overflow,
 };
 use crowd_tests::gpu::{self, Picture};
 use crowd_tests::synthetic;
@@ -82,7 +82,7 @@ fn the_chain_agrees_and_its_buffers_follow_from_its_levels() {
         let case = case(count, 30, Weight::Area);
         renderer.set_instances(&gpu::device().1, &case.instances).expect("valid");
         let totals = draw(&mut renderer, &picture, &case.config, Technique::Reform);
-        let (frame, _) = cpu::run_frame(case.data, &case.instances, &case.config, &capacities);
+        let (frame, _) = cpu::run_frame(case.data, &case.instances, &case.config, &capacities, Fit::Fill);
 
         let buffer = |name| renderer.buffer(Technique::Reform, name).expect("reformation writes it");
         let [choices, bases, slots, indices, args] =

@@ -1,7 +1,8 @@
 //! What index tables make possible: one bucket for each quantised level of each character, all drawn from two index buffers.
 
-use crate::{BucketCounts, BucketRecord, BucketSet, CrowdData, Error, Result};
+use crate::{BucketCounts, BucketRecord, BucketSet, CrowdData, DiscreteConfig, Error, Result};
 use crowd_pack::{CharacterRecord, LevelRecord, LodRecord};
+use glam::Vec3;
 
 /// Buckets of a crowd's characters: first all with 16-bit indices, character after character from coarse to fine, then those
 /// with 32-bit indices.
@@ -121,6 +122,33 @@ impl Buckets {
         }
         lods
     }
+}
+
+/// Shares of full detail's triangles that [`crate::Technique::Discrete`] draws.
+pub const DISCRETE_SHARES: [f32; 3] = [1.0, 0.3, 0.1];
+
+impl Buckets {
+    /// Buckets of each character's three discrete levels, the finest first: the quantised levels whose triangles are nearest
+    /// to [`DISCRETE_SHARES`].
+    pub fn discrete_levels(&self) -> Vec<u32> {
+        let nearest = |character: u32, share: f32| {
+            let levels = 0..self.sets[character as usize].level_count;
+            let count = |bucket: u32| self.records[bucket as usize].triangle_count as f32;
+            let wanted = share * count(self.at(character, levels.end - 1));
+            let buckets = levels.map(|level| self.at(character, level));
+            let off = |bucket: &u32| (count(*bucket) - wanted).abs();
+            buckets.min_by(|a, b| off(a).total_cmp(&off(b))).expect("every character has a level")
+        };
+        let characters = 0..self.sets.len() as u32;
+        characters.flat_map(|c| DISCRETE_SHARES.map(|share| nearest(c, share))).collect()
+    }
+}
+
+/// What culling by depth is told of the characters.
+pub fn discrete_config(characters: &[CharacterRecord]) -> DiscreteConfig {
+    let diagonal = |c: &CharacterRecord| (Vec3::from_array(c.box_max) - Vec3::from_array(c.box_min)).length();
+    let half_diagonal_m = 0.5 * characters.iter().map(diagonal).fold(0.0, f32::max);
+    DiscreteConfig { half_diagonal_m, ..Default::default() }
 }
 
 /// The quantised levels of a character, if there are any and their ends are the character's.

@@ -61,6 +61,9 @@ pub enum Error {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// A frame of the static floor was asked for that nobody baked.
+    #[error("static-floor: no frame is baked; call bake_floor before")]
+    NoFloor,
     /// No adapter, no device.
     #[error("no usable GPU: {0}")]
     NoAdapter(String),

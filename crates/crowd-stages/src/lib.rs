@@ -56,7 +56,7 @@ mod layers;
 mod records;
 mod technique;
 
-pub use buckets::Buckets;
+pub use buckets::{Buckets, DISCRETE_SHARES, discrete_config};
 pub use data::{CrowdData, Error, Result, TextureLayer};
 pub use records::*;
-pub use technique::{DrawOptions, Levels, Technique};
+pub use technique::{DrawOptions, Fit, Levels, Technique};

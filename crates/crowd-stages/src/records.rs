@@ -43,9 +43,14 @@ pub struct FrameConfig {
     pub instance_count: u32,
     /// [`Weight`] as a number.
     pub weight: u32,
-    /// Zeros.
-    pub reserved: [u32; 3],
+    /// Zero.
+    pub reserved: u32,
+    /// Depths, metres, from which [`crate::Technique::Discrete`] draws its second and its third level.
+    pub lod_depths_m: [f32; 2],
 }
+
+/// Heights in pixels that somebody of 1.8 m has where [`crate::Technique::Discrete`] changes levels, unless it is told otherwise.
+pub const LOD_HEIGHTS_PX: [f32; 2] = [200.0, 66.0];
 
 /// What [`FrameConfig::from_camera`] is told of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,18 +80,20 @@ impl FrameConfig {
     /// [`crate::cpu::run_selection`] set it themselves). An `alpha` below 1 or not finite counts as 1.
     pub fn from_camera(view: &FrameView) -> Self {
         let half_height = libm::tanf(view.fov_y_rad * 0.5).max(1e-6);
+        let focal_px = view.viewport_height_px / (2.0 * half_height);
         let alpha = if view.alpha.is_finite() { view.alpha.max(1.0) } else { 1.0 };
         Self {
             clip_from_world: view.clip_from_world.to_cols_array_2d(),
             planes: frustum_planes(&view.clip_from_world),
             eye: view.eye.to_array(),
-            focal_px: view.viewport_height_px / (2.0 * half_height),
+            focal_px,
             time_s: view.time_s,
             inverse_alpha: 1.0 / alpha,
             budget: view.budget,
             instance_count: 0,
             weight: view.weight as u32,
-            reserved: [0; 3],
+            reserved: 0,
+            lod_depths_m: LOD_HEIGHTS_PX.map(|height_px| 1.8 * focal_px / height_px),
         }
     }
 }
@@ -136,7 +143,7 @@ pub struct WeightSums {
     pub min_vertex_count: u32,
     /// Visible instances.
     pub visible_count: u32,
-    /// Vertices wanted by `select_lod`, saturating.
+    /// Vertices that Eq. 1 as printed comes to, saturating.
     pub wanted_count: u32,
     /// Share of what was wanted above the coarsest levels that the budget allows, in units of 2^-32.
     /// Meaningful only when `is_scaled` is 1.
@@ -227,7 +234,7 @@ impl DrawConfig {
     }
 }
 
-/// What a frame came to, 32 bytes.
+/// What a frame came to, 48 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
 pub struct FrameTotals {
@@ -247,6 +254,42 @@ pub struct FrameTotals {
     pub needed_triangles: u32,
     /// Draws that draw anything.
     pub draw_count: u32,
+    /// Vertices that Eq. 1 as printed comes to, clamped to what characters have; 0 where there is no budget.
+    pub wanted_count: u32,
+    /// Zeros.
+    pub reserved: [u32; 3],
+}
+
+/// Where the search of `fill_budget` has got to, 96 bytes. Heights are bits of floats, vertices a unit of weight.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct FillState {
+    /// Greatest height known to fit.
+    pub low_bits: u32,
+    /// Least height known not to fit, or the same.
+    pub high_bits: u32,
+    /// Vertices at the former.
+    pub low_count: u32,
+    /// Passes done.
+    pub pass_number: u32,
+    /// Heights to try next, rising; in the first pass the last is that of Eq. 1.
+    pub candidates: [u32; dispatch::FILL_CANDIDATES as usize],
+    /// Zeros.
+    pub reserved: [u32; 4],
+}
+
+/// What [`crate::Technique::Discrete`] is told of the crowd, a uniform of 16 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct DiscreteConfig {
+    /// Half the diagonal of the largest character's box, metres.
+    pub half_diagonal_m: f32,
+    /// Zero.
+    pub reserved_a: u32,
+    /// Zero.
+    pub reserved_b: u32,
+    /// Zero.
+    pub reserved_c: u32,
 }
 
 /// A quantised level of a character: what one indirect draw draws, 16 bytes.
@@ -360,6 +403,8 @@ pub mod dispatch {
     pub const INSTANCE_GROUP_SIZE: u32 = 64;
     /// Threads of a sorting group, each with one instance; also the most values of a digit.
     pub const SORT_BLOCK_SIZE: u32 = 64;
+    /// Heights that `fill_budget` tries in one pass.
+    pub const FILL_CANDIDATES: u32 = 16;
     /// Most bits of a digit of the sort.
     pub const MAX_DIGIT_BITS: u32 = 6;
 }

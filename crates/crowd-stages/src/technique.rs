@@ -8,9 +8,17 @@ use std::str::FromStr;
 pub enum Technique {
     /// B0: one draw per instance at full detail, no culling: the baseline of Peng 2011 and Dong 2019.
     PseudoInstancing,
+    /// B1: instances culled by the frustum, all at full detail, one instanced draw a character.
+    Instanced,
+    /// B2: three discrete levels by depth, culling by a widened frustum, one instanced draw a level and character
+    /// (Park & Han 2009).
+    Discrete,
     /// B3: per-frame triangle reformation into one index buffer, one indirect draw (Peng 2011 §5, Dong 2019 §5.3).
     #[default]
     Reform,
+    /// B4: the triangles that [`Self::Bucketed`] would draw, placed beforehand: what drawing alone costs. Each frame is baked
+    /// by [`crate::gpu::CrowdRenderer::bake_floor`] first.
+    StaticFloor,
     /// Ours: instances sorted by character and quantised level, one indirect draw for each of those from index tables in
     /// cache order; nothing is written per triangle.
     Bucketed,
@@ -18,7 +26,8 @@ pub enum Technique {
 
 impl Technique {
     /// All, in the order of their short names, ours last.
-    pub const ALL: [Self; 3] = [Self::PseudoInstancing, Self::Reform, Self::Bucketed];
+    pub const ALL: [Self; 6] =
+        [Self::PseudoInstancing, Self::Instanced, Self::Discrete, Self::Reform, Self::StaticFloor, Self::Bucketed];
 
     /// Place in [`Self::ALL`].
     pub(crate) fn number(self) -> usize {
@@ -29,7 +38,10 @@ impl Technique {
     pub fn name(self) -> &'static str {
         match self {
             Self::PseudoInstancing => "pseudo-instancing",
+            Self::Instanced => "instanced",
+            Self::Discrete => "discrete",
             Self::Reform => "reform",
+            Self::StaticFloor => "static-floor",
             Self::Bucketed => "bucketed",
         }
     }
@@ -38,7 +50,10 @@ impl Technique {
     pub fn short_name(self) -> &'static str {
         match self {
             Self::PseudoInstancing => "b0",
+            Self::Instanced => "b1",
+            Self::Discrete => "b2",
             Self::Reform => "b3",
+            Self::StaticFloor => "b4",
             Self::Bucketed => "bucketed",
         }
     }
@@ -47,14 +62,17 @@ impl Technique {
     pub fn describe(self) -> &'static str {
         match self {
             Self::PseudoInstancing => "One draw per instance at full detail, nothing culled (Peng 2011's baseline)",
+            Self::Instanced => "Frustum culling, full detail, one instanced draw a character",
+            Self::Discrete => "Three levels by depth, one instanced draw each a character (Park & Han 2009)",
             Self::Reform => "Continuous levels reformed into one index buffer each frame, one draw (Dong 2019)",
+            Self::StaticFloor => "What bucketed draws, placed beforehand: what drawing alone costs",
             Self::Bucketed => "Instances sorted by character and level, drawn from index tables in cache order",
         }
     }
 
     /// Whether the budget decides the levels.
     pub fn has_budget(self) -> bool {
-        matches!(self, Self::Reform | Self::Bucketed)
+        matches!(self, Self::Reform | Self::StaticFloor | Self::Bucketed)
     }
 }
 
@@ -85,6 +103,16 @@ pub enum Levels {
     Quantized,
 }
 
+/// How the budget is split.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Fit {
+    /// Water filling ([`crate::cpu::fill_budget`]): all of N is used whenever more is wanted.
+    #[default]
+    Fill,
+    /// Eq. 1 as printed, shrunk where clamping took it above N ([`crate::cpu::fit_budget`]).
+    Plain,
+}
+
 /// A technique with its switches: what [`crate::gpu::CrowdRenderer::encode`] is told beside the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct DrawOptions {
@@ -92,12 +120,17 @@ pub struct DrawOptions {
     pub technique: Technique,
     /// Levels of [`Technique::Reform`]; [`Technique::Bucketed`] draws quantised ones whatever stands here.
     pub levels: Levels,
+    /// How the budget is split.
+    pub fit: Fit,
 }
 
 impl DrawOptions {
     /// The levels that will be chosen from.
     pub fn levels(&self) -> Levels {
-        if self.technique == Technique::Bucketed { Levels::Quantized } else { self.levels }
+        match self.technique {
+            Technique::Bucketed | Technique::StaticFloor => Levels::Quantized,
+            _ => self.levels,
+        }
     }
 }
 

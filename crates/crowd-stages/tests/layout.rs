@@ -4,9 +4,9 @@ use crowd_pack::{CharacterRecord, ClipRecord, LodRecord, MaterialRecord, VertexR
 use crowd_raster::light;
 use crowd_stages::gpu::{self, ANIMATION_HEIGHT, ANIMATION_WIDTH};
 use crowd_stages::{
-    BucketCounts, BucketRange, BucketRecord, BucketSet, Capacities, CullRecord, DrawArgs, DrawConfig, DrawCounts,
-    FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, SortPass, Weight, WeightSums, dispatch,
-    overflow,
+    BucketCounts, BucketRange, BucketRecord, BucketSet, Capacities, CullRecord, DiscreteConfig, DrawArgs, DrawConfig,
+    DrawCounts, FillState, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, SortPass, Weight,
+    WeightSums, dispatch, overflow,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};
@@ -69,6 +69,7 @@ fn rust_layouts() -> Vec<Layout> {
             instance_count,
             weight,
             reserved,
+            lod_depths_m,
         }),
         layout!(CullRecord { visible, weight, area_px2, distance_m }),
         layout!(WeightSums {
@@ -94,7 +95,11 @@ fn rust_layouts() -> Vec<Layout> {
             needed_vertices,
             needed_triangles,
             draw_count,
+            wanted_count,
+            reserved,
         }),
+        layout!(FillState { low_bits, high_bits, low_count, pass_number, candidates, reserved }),
+        layout!(DiscreteConfig { half_diagonal_m, reserved_a, reserved_b, reserved_c }),
         layout!(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count }),
         layout!(BucketSet { first_16, count_16, first_32, level_count }),
         layout!(BucketCounts { bucket_count, count_16, reserved_a, reserved_b }),
@@ -116,6 +121,8 @@ fn sources() -> Vec<(&'static str, String)> {
         ("place_vertices", gpu::PlaceVertices::source()),
         ("reform_triangles", gpu::ReformTriangles::source()),
         ("write_draw_args", gpu::WriteDrawArgs::source()),
+        ("fill_budget", gpu::FillBudget::source()),
+        ("cull_by_depth", gpu::CullByDepth::source()),
         ("key_instances", gpu::KeyInstances::source()),
         ("sort_instances", gpu::SortInstances::source()),
         ("write_bucket_args", gpu::WriteBucketArgs::source()),
@@ -210,6 +217,7 @@ fn constants_are_the_same() {
         ("FOLD_COLUMNS", dispatch::FOLD_COLUMNS),
         ("BLOCK_SIZE", dispatch::BLOCK_SIZE),
         ("INSTANCE_GROUP_SIZE", dispatch::INSTANCE_GROUP_SIZE),
+        ("FILL_CANDIDATES", dispatch::FILL_CANDIDATES),
         ("SORT_BLOCK_SIZE", dispatch::SORT_BLOCK_SIZE),
         ("SORT_BLOCK_SIZE", 1 << dispatch::MAX_DIGIT_BITS),
         ("OVERFLOW_BUDGET", overflow::BUDGET),

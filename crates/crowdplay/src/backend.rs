@@ -79,6 +79,14 @@ impl Backend {
         }
     }
 
+    /// What has to be done before a frame and is no part of its time.
+    pub fn bake(&mut self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> Result<()> {
+        match self {
+            Self::Gpu(gpu) => gpu.bake(crowd, config, options),
+            Self::Cpu(_) => Ok(()),
+        }
+    }
+
     /// Draws a frame and waits for it.
     pub fn draw(&mut self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> Result<FrameTotals> {
         match self {

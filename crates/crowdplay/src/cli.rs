@@ -117,6 +117,15 @@ pub struct Args {
     #[arg(long, value_name = "NAME", value_parser = techniques(), help_heading = "Level of detail")]
     pub technique: Option<Technique>,
 
+    /// How the budget is split: filled up to N, or Eq. 1 of the papers as printed, which leaves what near ones cannot use
+    #[arg(long, value_enum, default_value_t = FitWord::Fill, help_heading = "Level of detail")]
+    pub fit: FitWord,
+
+    /// Metres from which the technique `discrete` draws its second and third level [default: where somebody of 1.8 m is
+    /// 200 and 66 pixels high]
+    #[arg(long, value_name = "M,M", value_parser = depths, help_heading = "Level of detail")]
+    pub lod_depths: Option<[f32; 2]>,
+
     /// Only levels that have index tables, also where the technique could draw those between
     #[arg(long, help_heading = "Level of detail")]
     pub snap_levels: bool,
@@ -212,6 +221,15 @@ pub enum WeightWord {
     AreaDistance,
 }
 
+/// `--fit`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FitWord {
+    /// All of N is used whenever more is wanted
+    Fill,
+    /// Eq. 1 as printed (Peng 2011, Dong 2019)
+    Eq1,
+}
+
 /// `--backend`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum BackendWord {
@@ -277,6 +295,13 @@ fn triple(text: &str) -> Result<[f32; 3], String> {
         return Err(format!("found {} numbers, allowed three with commas between", parts.len()));
     };
     Ok([finite(x)?, finite(y)?, finite(z)?])
+}
+
+fn depths(text: &str) -> Result<[f32; 2], String> {
+    let (near, far) =
+        text.split_once(',').ok_or_else(|| format!("found {text:?}, allowed two numbers with a comma"))?;
+    let [near, far] = [within(near, 0.0, 1e6)?, within(far, 0.0, 1e6)?];
+    if near <= far { Ok([near, far]) } else { Err(format!("found {near} before {far}, allowed rising depths")) }
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {

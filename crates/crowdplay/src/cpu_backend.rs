@@ -24,6 +24,7 @@ pub struct CpuBackend {
     textures: Vec<Texture>,
     materials: Vec<Material>,
     quantized_lods: Vec<LodRecord>,
+    buckets: Buckets,
     /// The newest frame, `factor` times as wide and high as asked for.
     target: Target,
     factor: u32,
@@ -45,11 +46,13 @@ impl CpuBackend {
                 allowed: format!("up to {} pixels on the CPU", MOST_PIXELS / u64::from(factor * factor)),
             });
         }
+        let buckets = Buckets::of(&crowd.data)?;
         let texture = |layer: &crowd_stages::TextureLayer| Texture { mips: mips(layer, crowd.data.layer_side) };
         Ok(Self {
             textures: crowd.data.layers.iter().map(texture).collect(),
             materials: crowd.data.materials.iter().map(material).collect(),
-            quantized_lods: Buckets::of(&crowd.data)?.quantized_lods(&crowd.data),
+            quantized_lods: buckets.quantized_lods(&crowd.data),
+            buckets,
             target: Target::new(size[0] * factor, size[1] * factor, [0, 0, 0, 255]),
             factor,
             timings_ms: Vec::new(),
@@ -98,12 +101,14 @@ impl CpuBackend {
         let Crowd { data, instances, .. } = crowd;
         match options.technique {
             Technique::PseudoInstancing => cpu::select_full_detail(data, instances, config),
-            Technique::Reform | Technique::Bucketed => {
+            Technique::Instanced => cpu::select_visible(data, instances, config),
+            Technique::Discrete => cpu::select_discrete(data, &self.buckets, instances, config),
+            Technique::Reform | Technique::StaticFloor | Technique::Bucketed => {
                 let lods = match options.levels() {
                     Levels::Continuous => &data.lods,
                     Levels::Quantized => &self.quantized_lods,
                 };
-                cpu::run_selection(data, lods, instances, config)
+                cpu::run_selection(data, lods, instances, config, options.fit)
             }
         }
     }

@@ -5,7 +5,7 @@ use crate::gpu_device::Gpu;
 use crate::picture::Picture;
 use crate::{Error, Result};
 use crowd_stages::gpu::{CrowdRenderer, RendererOptions, buffer_or_error, texture_or_error};
-use crowd_stages::{CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRecord};
+use crowd_stages::{CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique};
 
 /// A renderer that draws into a texture of its own.
 pub struct GpuBackend {
@@ -29,6 +29,12 @@ impl GpuBackend {
     /// Other instances than before, at most as many as the crowd had first.
     pub fn set_instances(&mut self, instances: &[InstanceRecord]) -> Result<()> {
         Ok(self.renderer.set_instances(&self.gpu.queue, instances)?)
+    }
+
+    /// Bakes what the technique wants baked before a frame; no part of its time.
+    pub fn bake(&mut self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> Result<()> {
+        let Self { gpu, renderer, .. } = self;
+        bake_frame(gpu, renderer, crowd, config, options)
     }
 
     /// Draws a frame and waits until it is done.
@@ -61,6 +67,20 @@ impl GpuBackend {
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
     }
+}
+
+/// The static floor's mesh, where that is what is drawn.
+pub fn bake_frame(
+    gpu: &Gpu,
+    renderer: &mut CrowdRenderer,
+    crowd: &Crowd,
+    config: &FrameConfig,
+    options: DrawOptions,
+) -> Result<()> {
+    if options.technique == Technique::StaticFloor {
+        renderer.bake_floor(&gpu.device, &gpu.queue, &crowd.data, &crowd.instances, config, options)?;
+    }
+    Ok(())
 }
 
 /// Sizes that hold every frame of this crowd at budgets up to `largest_budget`, as far as the adapter allows; what does

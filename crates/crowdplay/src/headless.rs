@@ -7,7 +7,7 @@ use crate::plan::{DetailPlan, HeadlessPlan, Plan};
 use crate::stats::{self, Frame, Report, Timings};
 use crate::view::{Viewer, frame_config};
 use crate::{Error, Result, Talk};
-use crowd_stages::{Levels, Weight};
+use crowd_stages::{Fit, Levels, Weight};
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -35,6 +35,7 @@ pub fn render(
         if crowd.advance(time_s) {
             backend.set_instances(&crowd.instances)?;
         }
+        backend.bake(crowd, &config, detail.draw)?;
         let start = Instant::now();
         let totals = backend.draw(crowd, &config, detail.draw)?;
         let frame_ms = start.elapsed().as_secs_f32() * 1e3;
@@ -115,6 +116,10 @@ pub fn report(
         levels: match detail.draw.levels() {
             Levels::Continuous => "continuous",
             Levels::Quantized => "quantized",
+        },
+        fit: match detail.draw.fit {
+            Fit::Fill => "fill",
+            Fit::Plain => "eq1",
         },
         budget,
         alpha: detail.alpha,

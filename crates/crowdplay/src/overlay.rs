@@ -2,7 +2,7 @@
 
 use crate::camera_control::{CameraControl, Mode};
 use crate::stats;
-use crowd_stages::{DrawOptions, FrameTotals, Levels, Technique, Weight};
+use crowd_stages::{DrawOptions, Fit, FrameTotals, Levels, Technique, Weight};
 use egui::{Color32, RichText, Sense, Slider, Stroke, Ui, pos2, vec2};
 use std::collections::VecDeque;
 
@@ -141,12 +141,13 @@ fn numbers(ui: &mut Ui, knobs: &Knobs, readings: &Readings) {
         let triangles = grouped(u64::from(totals.triangle_count));
         row(ui, "Triangles", format!("{triangles} of {} ({share:.1} %)", grouped(readings.triangles_full)));
         let used = 100.0 * f64::from(totals.vertex_count) / f64::from(knobs.budget.max(1));
+        let plain = 100.0 * f64::from(totals.wanted_count) / f64::from(knobs.budget.max(1));
         let vertices = grouped(u64::from(totals.vertex_count));
         row(
             ui,
             "Vertices",
             match knobs.draw.technique.has_budget() {
-                true => format!("{vertices} of N ({used:.1} %)"),
+                true => format!("{vertices} of N ({used:.1} %, Eq. 1 alone {plain:.1} %)"),
                 false => format!("{vertices}, no budget"),
             },
         );
@@ -203,6 +204,13 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs) {
                 .on_hover_text(technique.describe());
         }
     });
+    if knobs.draw.technique.has_budget() {
+        ui.horizontal(|ui| {
+            ui.label("Budget");
+            ui.selectable_value(&mut knobs.draw.fit, Fit::Fill, "filled");
+            ui.selectable_value(&mut knobs.draw.fit, Fit::Plain, "Eq. 1 as printed");
+        });
+    }
     if knobs.draw.technique == Technique::Reform {
         ui.horizontal(|ui| {
             ui.label("Levels");

@@ -1,9 +1,9 @@
 //! What the command line means: one plan, all defaults decided, no file opened yet.
 
-use crate::cli::{Args, BackendWord, WeightWord};
+use crate::cli::{Args, BackendWord, FitWord, WeightWord};
 use crate::{Error, Result};
 use crowd_scene::Layout;
-use crowd_stages::{DrawOptions, Levels, Technique, Weight};
+use crowd_stages::{DrawOptions, Fit, Levels, Technique, Weight};
 use std::path::{Path, PathBuf};
 
 /// Vertices a frame by default on a graphics card, besides the crowd's coarsest levels.
@@ -113,6 +113,8 @@ pub struct DetailPlan {
     pub weight: Weight,
     /// How it is drawn.
     pub draw: DrawOptions,
+    /// Depths of the discrete levels; `None`: from heights in pixels.
+    pub lod_depths_m: Option<[f32; 2]>,
     /// The user named the technique.
     pub technique_is_given: bool,
 }
@@ -303,8 +305,13 @@ pub fn plan(args: &Args) -> Result<Plan> {
             },
             draw: DrawOptions {
                 technique: args.technique.unwrap_or(Technique::Bucketed),
+                fit: match args.fit {
+                    FitWord::Fill => Fit::Fill,
+                    FitWord::Eq1 => Fit::Plain,
+                },
                 levels: if args.snap_levels { Levels::Quantized } else { Levels::Continuous },
             },
+            lod_depths_m: args.lod_depths,
             technique_is_given: args.technique.is_some(),
         },
         camera: camera(args)?,

@@ -28,6 +28,8 @@ pub struct Report {
     pub technique: &'static str,
     /// `continuous` or `quantized`; without meaning where there is no budget.
     pub levels: &'static str,
+    /// How the budget is split: `fill` or `eq1`.
+    pub fit: &'static str,
     /// Vertices a frame: N.
     pub budget: u32,
     /// Exponent of the split.
@@ -97,6 +99,8 @@ pub struct Frame {
     pub visible: u32,
     /// Vertices selected.
     pub vertices: u32,
+    /// Vertices that Eq. 1 as printed comes to, for comparison; 0 where there is no budget.
+    pub eq1_vertices: u32,
     /// Triangles drawn.
     pub triangles: u32,
     /// Draws that draw anything.
@@ -123,6 +127,7 @@ impl Frame {
             time_s,
             visible: totals.visible_count,
             vertices: totals.vertex_count,
+            eq1_vertices: totals.wanted_count,
             triangles: totals.triangle_count,
             draws: totals.draw_count,
             min_vertices: totals.min_vertex_count,

@@ -77,7 +77,7 @@ pub fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
 
 /// The uniform of a frame.
 pub fn frame_config(camera: &Camera, size: [u32; 2], time_s: f32, detail: &DetailPlan, budget: u32) -> FrameConfig {
-    FrameConfig::from_camera(&FrameView {
+    let config = FrameConfig::from_camera(&FrameView {
         clip_from_world: camera.clip_from_world(size[0] as f32 / size[1].max(1) as f32),
         eye: camera.eye,
         fov_y_rad: camera.fov_y_rad,
@@ -86,5 +86,6 @@ pub fn frame_config(camera: &Camera, size: [u32; 2], time_s: f32, detail: &Detai
         budget,
         alpha: detail.alpha,
         weight: detail.weight,
-    })
+    });
+    FrameConfig { lod_depths_m: detail.lod_depths_m.unwrap_or(config.lod_depths_m), ..config }
 }

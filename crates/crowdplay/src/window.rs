@@ -5,7 +5,7 @@ use crate::camera_control::{CameraControl, Held};
 use crate::cli::BackendWord;
 use crate::cpu_backend::CpuBackend;
 use crate::crowd::Crowd;
-use crate::gpu_backend::{Canvas, renderer_options};
+use crate::gpu_backend::{Canvas, bake_frame, renderer_options};
 use crate::gpu_device::{self, Gpu};
 use crate::headless::report;
 use crate::overlay::{self, Knobs, Readings};
@@ -142,6 +142,7 @@ struct Running {
     gpu: Gpu,
     painter: Painter,
     samples: u32,
+    lod_depths_m: Option<[f32; 2]>,
     knobs: Knobs,
     readings: Readings,
     control: CameraControl,
@@ -222,6 +223,7 @@ impl Running {
             gpu,
             painter,
             samples,
+            lod_depths_m: plan.detail.lod_depths_m,
             knobs,
             readings,
             control: CameraControl::new(viewer.at(0.0)),
@@ -346,7 +348,14 @@ impl Running {
 
     fn detail(&self) -> DetailPlan {
         let Knobs { budget, alpha, weight, draw, .. } = self.knobs;
-        DetailPlan { budget: Some(budget), alpha, weight, draw, technique_is_given: true }
+        DetailPlan {
+            budget: Some(budget),
+            alpha,
+            weight,
+            draw,
+            lod_depths_m: self.lod_depths_m,
+            technique_is_given: true,
+        }
     }
 
     fn draw(&mut self, crowd: &Crowd, config: &FrameConfig) -> Result<()> {
@@ -367,6 +376,9 @@ impl Running {
             overlay::show(ui, knobs, readings, control);
         });
         let size = screen.size();
+        if let Painter::Gpu(renderer) = painter {
+            bake_frame(gpu, renderer, crowd, config, knobs.draw)?;
+        }
         let drawn = screen.present(gpu, output, |encoder, view| {
             if let Painter::Gpu(renderer) = painter {
                 let size = (size[0], size[1]);
@@ -405,6 +417,7 @@ impl Running {
                 Ok(cpu.picture())
             }
             Painter::Gpu(renderer) => {
+                bake_frame(gpu, renderer, crowd, config, knobs.draw)?;
                 let canvas = Canvas::new(&gpu.device, screen.size(), screen.scene_format())?;
                 let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 let size = (canvas.size[0], canvas.size[1]);

@@ -2,7 +2,9 @@
 //!
 //! [`run_selection`] runs them in order up to the levels; [`run_frame`] goes on to the buffers of the draw.
 
+mod cull_by_depth;
 mod cull_instances;
+mod fill_budget;
 mod fit_budget;
 mod key_instances;
 mod place_vertices;
@@ -15,7 +17,9 @@ mod sum_weights;
 mod write_bucket_args;
 mod write_draw_args;
 
+pub use cull_by_depth::{box_center, cull_by_depth};
 pub use cull_instances::{FLOAT_BOUND, PLANE_BOUND_M, cull_instances, world_sphere};
+pub use fill_budget::{FILL_PASSES, fill_budget};
 pub use fit_budget::fit_budget;
 pub use key_instances::{key_full_detail, key_instances};
 pub use place_vertices::place_vertices;
@@ -29,7 +33,8 @@ pub use write_bucket_args::write_bucket_args;
 pub use write_draw_args::write_draw_args;
 
 use crate::{
-    Capacities, CrowdData, DrawArgs, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, overflow,
+    Buckets, Capacities, CrowdData, DrawArgs, Fit, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice,
+    discrete_config, overflow,
 };
 use crowd_pack::{CharacterRecord, LodRecord};
 use glam::Vec3;
@@ -57,7 +62,7 @@ pub struct CpuBuffers {
 }
 
 /// Runs cull, weigh, select and fit for all instances: what to draw, at which level of `lods` (the data's, or those of
-/// [`crate::Buckets::quantized_lods`]).
+/// [`crate::Buckets::quantized_lods`]), the budget split as `fit` says.
 ///
 /// `config.instance_count` is ignored; `instances` says it. No buffer can overflow here, so the only bit in the totals is
 /// [`crate::overflow::BUDGET`]. About 3 ms for 30,000 instances on one core.
@@ -66,9 +71,10 @@ pub fn run_selection(
     lods: &[LodRecord],
     instances: &[InstanceRecord],
     config: &FrameConfig,
+    fit: Fit,
 ) -> CpuFrame {
     let unlimited = Capacities { vertex_count: u32::MAX, triangle_count: u32::MAX, ..Default::default() };
-    let (choices, bases, end, sums) = select(data, lods, instances, config);
+    let (choices, bases, end, sums) = select(data, lods, instances, config, fit);
     let (_, totals) = write_draw_args(&choices, &bases, end, &sums, &unlimited, config);
     CpuFrame { choices, totals }
 }
@@ -79,8 +85,9 @@ pub fn run_frame(
     instances: &[InstanceRecord],
     config: &FrameConfig,
     capacities: &Capacities,
+    fit: Fit,
 ) -> (CpuFrame, CpuBuffers) {
-    let (choices, bases, end, sums) = select(data, &data.lods, instances, config);
+    let (choices, bases, end, sums) = select(data, &data.lods, instances, config, fit);
     let slot_instances = place_vertices(&choices, &bases, capacities);
     let indices = reform_triangles(data, instances, &choices, &bases, capacities);
     let (draw_args, totals) = write_draw_args(&choices, &bases, end, &sums, capacities, config);
@@ -92,11 +99,17 @@ fn select(
     lods: &[LodRecord],
     instances: &[InstanceRecord],
     config: &FrameConfig,
+    fit: Fit,
 ) -> (Vec<LodChoice>, Vec<InstanceBase>, InstanceBase, crate::WeightSums) {
     let culled = cull_instances(data, instances, config);
     let mut sums = sum_weights(data, instances, &culled);
-    let wanted = select_lod(data, instances, &culled, &sums, config);
-    let choices = fit_budget(data, lods, instances, &wanted, &mut sums, config);
+    let choices = match fit {
+        Fit::Fill => fill_budget(data, lods, instances, &culled, &mut sums, config).0,
+        Fit::Plain => {
+            let wanted = select_lod(data, instances, &culled, &sums, config);
+            fit_budget(data, lods, instances, &wanted, &mut sums, config)
+        }
+    };
     let (bases, end) = scan_counts(&choices);
     (choices, bases, end, sums)
 }
@@ -116,6 +129,47 @@ pub fn select_full_detail(data: &CrowdData, instances: &[InstanceRecord], config
     (totals.needed_vertices, totals.needed_triangles) = (totals.vertex_count, totals.triangle_count);
     totals.overflow = if totals.min_vertex_count > config.budget { overflow::BUDGET } else { 0 };
     totals.draw_count = instances.len() as u32;
+    CpuFrame { choices, totals }
+}
+
+/// What [`crate::Technique::Instanced`] draws: the visible instances at full detail.
+pub fn select_visible(data: &CrowdData, instances: &[InstanceRecord], config: &FrameConfig) -> CpuFrame {
+    let culled = cull_instances(data, instances, config);
+    let level = |(instance, cull): (&InstanceRecord, &crate::CullRecord)| {
+        let character = &data.characters[instance.character as usize];
+        let (vertex_count, triangle_count) = (character.vertex_count, character.triangle_count);
+        if cull.visible == 0 { LodChoice::default() } else { LodChoice { vertex_count, triangle_count } }
+    };
+    without_budget(instances.iter().zip(&culled).map(level).collect())
+}
+
+/// What [`crate::Technique::Discrete`] draws: three levels by depth.
+pub fn select_discrete(
+    data: &CrowdData,
+    buckets: &Buckets,
+    instances: &[InstanceRecord],
+    config: &FrameConfig,
+) -> CpuFrame {
+    let discrete = discrete_config(&data.characters);
+    let keys = cull_by_depth(data, buckets, &buckets.discrete_levels(), &discrete, instances, config);
+    let level = |key: &u32| {
+        let record = buckets.records.get(*key as usize).copied().unwrap_or_default();
+        LodChoice { vertex_count: record.vertex_count, triangle_count: record.triangle_count }
+    };
+    without_budget(keys.iter().map(level).collect())
+}
+
+/// Levels that no budget chose, and their sums.
+fn without_budget(choices: Vec<LodChoice>) -> CpuFrame {
+    let (_, end) = scan_counts(&choices);
+    let totals = FrameTotals {
+        visible_count: choices.iter().filter(|choice| choice.vertex_count > 0).count() as u32,
+        vertex_count: end.vertex_base,
+        triangle_count: end.triangle_base,
+        needed_vertices: end.vertex_base,
+        needed_triangles: end.triangle_base,
+        ..Default::default()
+    };
     CpuFrame { choices, totals }
 }
 

@@ -22,6 +22,7 @@ pub fn write_bucket_args(
     };
     let mut totals = FrameTotals {
         min_vertex_count: sums.min_vertex_count,
+        wanted_count: sums.wanted_count,
         overflow: if sums.min_vertex_count > config.budget { overflow::BUDGET } else { 0 },
         ..Default::default()
     };

@@ -41,6 +41,8 @@ pub fn write_draw_args(
         needed_vertices: end.vertex_base,
         needed_triangles: end.triangle_base,
         draw_count: u32::from(drawn.triangle_base > 0),
+        wanted_count: sums.wanted_count,
+        reserved: [0; 3],
     };
     (args, totals)
 }

@@ -112,6 +112,17 @@ impl BucketDraws {
         &self.sorted
     }
 
+    /// For a stage that writes the keys itself.
+    pub(crate) fn keys(&self) -> &wgpu::Buffer {
+        &self.keys
+    }
+
+    /// Keys of full detail.
+    pub(crate) fn record_full_detail_keys(&self, recorder: &mut StageRecorder<'_>, count: u32) {
+        let (key, bound) = &self.key_instances;
+        recorder.stage("key_instances", |pass| key.record_full_detail(pass, bound, count));
+    }
+
     /// Keys from the levels chosen.
     pub(crate) fn record_keys(&self, recorder: &mut StageRecorder<'_>, count: u32) {
         let (key, bound) = &self.key_instances;

@@ -55,7 +55,14 @@ impl DrawCrowd {
         let backdrop = shape.module("backdrop", backdrop_source());
         Self {
             device: device.clone(),
-            backdrop: shape.pipeline(&layouts.backdrop, &backdrop, "cover", "backdrop", wgpu::CompareFunction::Always),
+            backdrop: shape.pipeline(
+                &layouts.backdrop,
+                &backdrop,
+                "cover",
+                "backdrop",
+                wgpu::CompareFunction::Always,
+                &[],
+            ),
             backdrop_bound: bind_backdrop(device, &layouts.backdrop, frame),
             crowd_module: shape.module("crowd", crowd_source()),
             layouts,
@@ -67,8 +74,17 @@ impl DrawCrowd {
 
     /// A pipeline of the crowd's shader with that vertex entry point.
     pub(crate) fn pipeline(&self, vertex: &str) -> wgpu::RenderPipeline {
+        self.pipeline_with(vertex, &[])
+    }
+
+    /// The same with vertex buffers.
+    pub(crate) fn pipeline_with(
+        &self,
+        vertex: &str,
+        buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
+    ) -> wgpu::RenderPipeline {
         let shape = Shape { device: &self.device, color_format: self.color_format, sample_count: self.sample_count };
-        shape.pipeline(&self.layouts.crowd, &self.crowd_module, vertex, "shade", wgpu::CompareFunction::Less)
+        shape.pipeline(&self.layouts.crowd, &self.crowd_module, vertex, "shade", wgpu::CompareFunction::Less, buffers)
     }
 
     /// The crowd's bind group with a technique's own list of owners and their bases.
@@ -284,6 +300,7 @@ impl Shape<'_> {
         vertex: &str,
         fragment: &str,
         depth_compare: wgpu::CompareFunction,
+        buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
     ) -> wgpu::RenderPipeline {
         let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(vertex),
@@ -297,7 +314,7 @@ impl Shape<'_> {
                 module,
                 entry_point: Some(vertex),
                 compilation_options: Default::default(),
-                buffers: &[],
+                buffers,
             },
             // No culling by the hardware: whether a back face is drawn differs from material to material.
             primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },

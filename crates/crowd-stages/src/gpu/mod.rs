@@ -6,8 +6,10 @@
 
 mod allocate;
 mod bucket_draws;
+mod cull_by_depth;
 mod cull_instances;
 mod draw_crowd;
+mod fill_budget;
 mod fit_budget;
 mod kernel;
 mod key_instances;
@@ -28,8 +30,10 @@ mod write_bucket_args;
 mod write_draw_args;
 
 pub use allocate::{buffer_or_error, texture_or_error};
+pub use cull_by_depth::CullByDepth;
 pub use cull_instances::CullInstances;
 pub use draw_crowd::{backdrop_source, crowd_source};
+pub use fill_budget::FillBudget;
 pub use fit_budget::FitBudget;
 pub use key_instances::KeyInstances;
 pub use open_device::{open_device, wanted_features, wanted_limits};

@@ -1,6 +1,7 @@
 //! Totals and timestamps on their way back, a few frames late, without stopping anyone.
 
-use crate::FrameTotals;
+use super::allocate::buffer_or_error;
+use crate::{Error, FrameTotals, Result};
 use std::mem::size_of;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -151,6 +152,44 @@ impl ReadBack {
             slot.state.store(FREE, Ordering::Release);
         }
         &self.arrived
+    }
+}
+
+/// The first `count` elements of a buffer after `encoder` is done. Waits.
+///
+/// # Errors
+/// [`Error::OutOfMemory`] when there is no room for the copy or the device is lost.
+pub(crate) fn read_now<T: bytemuck::Pod>(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    mut encoder: wgpu::CommandEncoder,
+    buffer: &wgpu::Buffer,
+    count: usize,
+) -> Result<Vec<T>> {
+    let size = (count * size_of::<T>()) as u64;
+    if size == 0 {
+        return Ok(Vec::new());
+    }
+    let (what, remedy) = ("bytes read back", "draw fewer instances");
+    let descriptor = wgpu::BufferDescriptor {
+        label: Some(what),
+        size,
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    };
+    let back = buffer_or_error(device, what, remedy, &descriptor)?;
+    encoder.copy_buffer_to_buffer(buffer, 0, &back, 0, size);
+    queue.submit([encoder.finish()]);
+    let (sender, mapped) = std::sync::mpsc::channel();
+    // The receiver is gone only when the wait below has failed.
+    back.map_async(wgpu::MapMode::Read, .., move |result| {
+        let _ = sender.send(result.is_ok());
+    });
+    let lost = || Error::OutOfMemory { what, bytes: size, remedy };
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|_| lost())?;
+    match mapped.recv() {
+        Ok(true) => Ok(bytemuck::pod_collect_to_vec(&back.get_mapped_range(..).map_err(|_| lost())?)),
+        _ => Err(lost()),
     }
 }
 

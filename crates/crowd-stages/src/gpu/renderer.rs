@@ -1,10 +1,10 @@
 //! The renderer: the shared selection, what the technique adds, then the draw, recorded into an engine's encoder.
 
 use super::draw_crowd::DrawCrowd;
-use super::read_back::{ReadBack, StageClock};
+use super::read_back::{self, ReadBack, StageClock};
 use super::selection::Selection;
 use super::stage_recorder::StageRecorder;
-use super::techniques::{self, FrameContext, Painter, Workshop};
+use super::techniques::{self, Floor, FrameContext, Painter, Workshop};
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
 use crate::{CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceRecord, Result, Technique};
@@ -14,9 +14,10 @@ use std::time::{Duration, Instant};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
-pub const STAGES: [&str; 11] = [
+pub const STAGES: [&str; 13] = [
     "cull_instances",
     "sum_weights",
+    "fill_budget",
     "select_lod",
     "fit_budget",
     "scan_counts",
@@ -26,6 +27,7 @@ pub const STAGES: [&str; 11] = [
     "key_instances",
     "sort_instances",
     "write_bucket_args",
+    "cull_by_depth",
 ];
 
 /// Sizes and formats fixed for a renderer's life.
@@ -70,6 +72,8 @@ pub struct CrowdRenderer {
     full_detail_totals: FrameTotals,
     layer_side: u32,
     buffer_bytes: u64,
+    /// Part of them, of the floor baked last.
+    floor_bytes: u64,
 }
 
 impl CrowdRenderer {
@@ -102,6 +106,7 @@ impl CrowdRenderer {
             full_detail_totals: FrameTotals::default(),
             layer_side: data.layer_side.max(1),
             buffer_bytes: up.bytes,
+            floor_bytes: 0,
             crowd,
             frame,
         })
@@ -157,6 +162,39 @@ impl CrowdRenderer {
         Ok(())
     }
 
+    /// Bakes the frame that [`Technique::StaticFloor`] will draw: selects levels on the GPU as [`Technique::Bucketed`] does,
+    /// waits for them, places everyone on the CPU and uploads the mesh. Takes long; it is no part of the technique's time.
+    ///
+    /// `data` and `instances`: those that the renderer has.
+    ///
+    /// # Errors
+    /// Those of [`Self::prepare`]; [`Error::Limit`] when the mesh is larger than the device allows.
+    pub fn bake_floor(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        data: &CrowdData,
+        instances: &[InstanceRecord],
+        config: &FrameConfig,
+        options: impl Into<DrawOptions>,
+    ) -> Result<()> {
+        let options = DrawOptions { technique: Technique::StaticFloor, ..options.into() };
+        self.prepare(device, queue, options.technique)?;
+        let config = FrameConfig { instance_count: self.instance_characters.len() as u32, ..*config };
+        queue.write_buffer(&self.frame.config, 0, bytemuck::bytes_of(&config));
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("bake floor") });
+        self.selection.record(&mut StageRecorder::new(&mut encoder, None), config.instance_count, &options);
+        let choices = read_back::read_now(device, queue, encoder, &self.frame.choices, instances.len())?;
+        let mut up = Uploader { device, queue, bytes: 0 };
+        let floor = Floor::bake(&mut up, data, instances, &choices, &config)?;
+        let painter = self.painters[options.technique.number()].as_mut().expect("prepared above");
+        painter.lay_floor(floor);
+        self.buffer_bytes -= self.floor_bytes;
+        self.floor_bytes = up.bytes;
+        self.buffer_bytes += up.bytes;
+        Ok(())
+    }
+
     /// Records one frame: stages, then sky, ground and the crowd into `color` (a view of `color_format`; resolved
     /// from the renderer's own multisampled texture when `sample_count` is 4). Depth is the renderer's own.
     ///
@@ -186,6 +224,9 @@ impl CrowdRenderer {
         queue.write_buffer(&self.frame.draw_config, 0, bytemuck::bytes_of(&draw_config));
 
         let painter = self.painters[options.technique.number()].as_ref().expect("prepared above");
+        if !painter.is_ready() {
+            return Err(Error::NoFloor);
+        }
         let context = FrameContext {
             crowd: &self.crowd,
             selection: &self.selection,

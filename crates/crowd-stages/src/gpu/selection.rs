@@ -2,14 +2,17 @@
 
 use super::stage_recorder::StageRecorder;
 use super::upload::{CrowdBuffers, FrameBuffers};
-use super::{CullInstances, FitBudget, SelectLod, SumWeights};
-use crate::Levels;
+use super::{CullInstances, FillBudget, FitBudget, SelectLod, SumWeights};
+use crate::{DrawOptions, Fit, Levels};
 
 /// The shared stages with their buffers bound.
 pub(crate) struct Selection {
     cull_instances: (CullInstances, wgpu::BindGroup),
     sum_weights: (SumWeights, wgpu::BindGroup),
     select_lod: (SelectLod, wgpu::BindGroup),
+    fill_budget: FillBudget,
+    fill_continuous: wgpu::BindGroup,
+    fill_quantized: wgpu::BindGroup,
     fit_budget: FitBudget,
     fit_continuous: wgpu::BindGroup,
     fit_quantized: wgpu::BindGroup,
@@ -30,10 +33,19 @@ impl Selection {
             fit.bind(device, config, &f.instances, &c.characters, lods, &f.wanted, blocks, &f.sums, choices)
         };
         let (fit_continuous, fit_quantized) = (fit_to(&c.lods), fit_to(&c.quantized_lods));
+        let fill = FillBudget::new(device);
+        let fill_to = |lods| {
+            let (characters, counts) = (&c.characters, &f.block_counts);
+            fill.bind(device, config, &f.instances, characters, lods, &f.culled, counts, &f.fill, &f.sums, &f.choices)
+        };
+        let (fill_continuous, fill_quantized) = (fill_to(&c.lods), fill_to(&c.quantized_lods));
         Self {
             cull_instances: (cull, cull_bound),
             sum_weights: (sum, sum_bound),
             select_lod: (select, select_bound),
+            fill_budget: fill,
+            fill_continuous,
+            fill_quantized,
             fit_budget: fit,
             fit_continuous,
             fit_quantized,
@@ -46,14 +58,18 @@ impl Selection {
     }
 
     /// Everything up to one level for each instance.
-    pub(crate) fn record(&self, recorder: &mut StageRecorder<'_>, count: u32, levels: Levels) {
+    pub(crate) fn record(&self, recorder: &mut StageRecorder<'_>, count: u32, options: &DrawOptions) {
         self.record_culling(recorder, count);
         recorder.stage("sum_weights", |pass| self.sum_weights.0.record(pass, &self.sum_weights.1, count));
-        recorder.stage("select_lod", |pass| self.select_lod.0.record(pass, &self.select_lod.1, count));
-        let bound = match levels {
-            Levels::Continuous => &self.fit_continuous,
-            Levels::Quantized => &self.fit_quantized,
+        let (fill, fit) = match options.levels() {
+            Levels::Continuous => (&self.fill_continuous, &self.fit_continuous),
+            Levels::Quantized => (&self.fill_quantized, &self.fit_quantized),
         };
-        recorder.stage("fit_budget", |pass| self.fit_budget.record(pass, bound, count));
+        if options.fit == Fit::Fill {
+            recorder.stage("fill_budget", |pass| self.fill_budget.record(pass, fill, count));
+            return;
+        }
+        recorder.stage("select_lod", |pass| self.select_lod.0.record(pass, &self.select_lod.1, count));
+        recorder.stage("fit_budget", |pass| self.fit_budget.record(pass, fit, count));
     }
 }

@@ -1,10 +1,11 @@
 //! A crowd's data on the GPU, and the buffers of a frame: sizes checked before anything is allocated.
 
+use super::FillBudget;
 use super::allocate::{buffer_or_error, texture_or_error};
 use crate::dispatch::BLOCK_SIZE;
 use crate::{
-    BucketCounts, Buckets, CrowdData, CullRecord, DrawConfig, Error, FrameConfig, FrameTotals, InstanceBase,
-    InstanceRecord, LodChoice, Result, WeightSums,
+    BucketCounts, Buckets, CrowdData, CullRecord, DiscreteConfig, DrawConfig, Error, FillState, FrameConfig,
+    FrameTotals, InstanceBase, InstanceRecord, LodChoice, Result, WeightSums, discrete_config,
 };
 use std::mem::size_of;
 use std::ops::Range;
@@ -217,7 +218,7 @@ impl CrowdBuffers {
             collapse_map: up.filled("bytes of the collapse map", &data.collapse_map, Usage::STORAGE, fewer)?,
             lods: up.filled("bytes of the LOD tables", &data.lods, Usage::STORAGE, fewer)?,
             quantized_lods: up.filled("bytes of the quantised LOD tables", &quantized_lods, Usage::STORAGE, fewer)?,
-            tables: LevelTables::new(up, &buckets)?,
+            tables: LevelTables::new(up, data, &buckets)?,
             clips: up.filled("bytes of clips", &data.clips, Usage::STORAGE, fewer)?,
             materials: up.filled("bytes of materials", &data.materials, Usage::STORAGE, fewer)?,
             animation: up.animation_texture(&data.animation)?,
@@ -232,6 +233,9 @@ pub(crate) struct LevelTables {
     pub(crate) buckets: wgpu::Buffer,
     pub(crate) bucket_counts: wgpu::Buffer,
     pub(crate) counts: BucketCounts,
+    /// Buckets of each character's three discrete levels.
+    pub(crate) discrete_levels: Vec<u32>,
+    pub(crate) discrete: DiscreteConfig,
     /// Of each character at full detail: its indices, and whether they have 16 bits.
     pub(crate) full_detail: Vec<(Range<u32>, bool)>,
     indices_16: wgpu::Buffer,
@@ -239,7 +243,7 @@ pub(crate) struct LevelTables {
 }
 
 impl LevelTables {
-    fn new(up: &mut Uploader<'_>, buckets: &Buckets) -> Result<Self> {
+    fn new(up: &mut Uploader<'_>, data: &CrowdData, buckets: &Buckets) -> Result<Self> {
         let fewer = "put fewer characters into one pack";
         let storage = Usage::STORAGE;
         // Copies go in steps of four bytes.
@@ -255,6 +259,8 @@ impl LevelTables {
             buckets: up.filled("bytes of buckets", &buckets.records, storage, fewer)?,
             bucket_counts: up.filled("bucket counts", &[buckets.counts()], Usage::UNIFORM, fewer)?,
             counts: buckets.counts(),
+            discrete_levels: buckets.discrete_levels(),
+            discrete: discrete_config(&data.characters),
             full_detail: full_detail.collect(),
             indices_16: up.filled("bytes of 16-bit indices", &indices_16, storage | Usage::INDEX, fewer)?,
             indices_32: up.filled("bytes of 32-bit indices", &buckets.indices_32, storage | Usage::INDEX, fewer)?,
@@ -280,6 +286,9 @@ pub(crate) struct FrameBuffers {
     pub(crate) sums: wgpu::Buffer,
     pub(crate) wanted: wgpu::Buffer,
     pub(crate) block_wanted: wgpu::Buffer,
+    /// Of `fill_budget`.
+    pub(crate) block_counts: wgpu::Buffer,
+    pub(crate) fill: wgpu::Buffer,
     pub(crate) choices: wgpu::Buffer,
     /// Bound where a technique has no places in a vertex list.
     pub(crate) bases_of_none: wgpu::Buffer,
@@ -302,6 +311,13 @@ impl FrameBuffers {
             sums: up.empty::<WeightSums>("sums", 1, written, fewer)?,
             wanted: up.empty::<u32>("wanted counts", n, written, fewer)?,
             block_wanted: up.empty::<u32>("wanted counts of blocks", blocks, written, fewer)?,
+            block_counts: up.empty::<u32>(
+                "counts of candidates",
+                FillBudget::block_count_words(max_instances),
+                written,
+                fewer,
+            )?,
+            fill: up.empty::<FillState>("fill state", 1, written, fewer)?,
             choices: up.empty::<LodChoice>("choices", n, written, fewer)?,
             bases_of_none: up.empty::<InstanceBase>("no bases", 1, written, fewer)?,
             totals: up.empty::<FrameTotals>("totals", 1, written, fewer)?,

@@ -24,7 +24,7 @@ impl Bucketed {
 impl Painter for Bucketed {
     fn record_stages(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
         let count = context.config.instance_count;
-        context.selection.record(recorder, count, context.options.levels());
+        context.selection.record(recorder, count, &context.options);
         self.draws.record_keys(recorder, count);
         self.draws.record_sort(recorder, count);
     }

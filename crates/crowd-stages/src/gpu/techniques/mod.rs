@@ -1,8 +1,13 @@
 //! What each technique adds to the shared selection: buffers of its own, stages, draw calls.
 
 mod bucketed;
+mod discrete;
+mod instanced;
 mod pseudo_instancing;
 mod reform;
+mod static_floor;
+
+pub(crate) use static_floor::Floor;
 
 use super::draw_crowd::DrawCrowd;
 use super::renderer::RendererOptions;
@@ -45,6 +50,14 @@ pub(crate) trait Painter: Send + Sync {
         None
     }
 
+    /// Whether it can draw a frame now.
+    fn is_ready(&self) -> bool {
+        true
+    }
+
+    /// Takes a frame that was baked.
+    fn lay_floor(&mut self, _floor: Floor) {}
+
     /// A buffer that its stages wrote, by the name in the shader.
     fn buffer(&self, _name: &str) -> Option<&wgpu::Buffer> {
         None
@@ -55,8 +68,10 @@ pub(crate) trait Painter: Send + Sync {
 pub fn supports(device: &wgpu::Device, technique: Technique) -> bool {
     let features = device.features();
     match technique {
-        Technique::PseudoInstancing | Technique::Reform => true,
-        Technique::Bucketed => features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE),
+        Technique::PseudoInstancing | Technique::Reform | Technique::StaticFloor => true,
+        Technique::Instanced | Technique::Discrete | Technique::Bucketed => {
+            features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE)
+        }
     }
 }
 
@@ -67,6 +82,9 @@ pub(crate) fn set_up(technique: Technique, workshop: Workshop<'_, '_>) -> Result
     }
     Ok(match technique {
         Technique::PseudoInstancing => Box::new(pseudo_instancing::PseudoInstancing::new(workshop)),
+        Technique::Instanced => Box::new(instanced::Instanced::new(workshop)?),
+        Technique::Discrete => Box::new(discrete::Discrete::new(workshop)?),
+        Technique::StaticFloor => Box::new(static_floor::StaticFloor::new(workshop)),
         Technique::Reform => Box::new(reform::Reform::new(workshop)?),
         Technique::Bucketed => Box::new(bucketed::Bucketed::new(workshop)?),
     })

@@ -1,0 +1,43 @@
+//! B1: instances culled by the frustum, all at full detail, one instanced draw a character.
+
+use super::{FrameContext, Painter, Workshop};
+use crate::gpu::bucket_draws::BucketDraws;
+use crate::gpu::stage_recorder::StageRecorder;
+use crate::{Result, WeightSums};
+use wgpu::BufferUsages as Usage;
+
+/// The buckets' draws, keyed by full detail.
+pub(crate) struct Instanced {
+    draws: BucketDraws,
+    pipeline: wgpu::RenderPipeline,
+    bound: wgpu::BindGroup,
+}
+
+impl Instanced {
+    pub(crate) fn new(workshop: Workshop<'_, '_>) -> Result<Self> {
+        let Workshop { up, crowd, frame, draw, options } = workshop;
+        let no_sums = up.empty::<WeightSums>("no sums", 1, Usage::STORAGE, "draw fewer instances")?;
+        let draws = BucketDraws::new(up, crowd, frame, options, &no_sums)?;
+        let bound = draw.bind(crowd, frame, draws.sorted(), &frame.bases_of_none);
+        Ok(Self { draws, pipeline: draw.pipeline("bucketed"), bound })
+    }
+}
+
+impl Painter for Instanced {
+    fn record_stages(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
+        let count = context.config.instance_count;
+        context.selection.record_culling(recorder, count);
+        self.draws.record_full_detail_keys(recorder, count);
+        self.draws.record_sort(recorder, count);
+    }
+
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.bound, &[]);
+        self.draws.draw(pass, context.crowd);
+    }
+
+    fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
+        self.draws.buffer(name)
+    }
+}

@@ -1,0 +1,221 @@
+// Water filling: the highest level of water (vertices a unit of weight) at which the crowd fits the budget, by four passes
+// over sixteen candidates each; what is left goes to the first instances as a step towards the next candidate.
+// Integers and single products only, so the twin is equal. Twin: crowd-stages/src/cpu/fill_budget.rs.
+
+@group(0) @binding(0) var<uniform> config: FrameConfig;
+@group(0) @binding(1) var<storage, read> instances: array<InstanceRecord>;
+@group(0) @binding(2) var<storage, read> characters: array<CharacterRecord>;
+@group(0) @binding(3) var<storage, read> lods: array<LodRecord>;
+@group(0) @binding(4) var<storage, read> culled: array<CullRecord>;
+// Sixteen sums a block; then one step a block.
+@group(0) @binding(5) var<storage, read_write> block_counts: array<u32>;
+@group(0) @binding(6) var<storage, read_write> fill: FillState;
+@group(0) @binding(7) var<storage, read_write> sums: WeightSums;
+@group(0) @binding(8) var<storage, read_write> choices: array<LodChoice>;
+
+// Of a group that sums a block of 256 instances at all candidates: each thread takes four.
+const FILL_GROUP_SIZE: u32 = 64u;
+// Bits of 2^80: far above what fills any level, and no product with a weight overflows.
+const HIGHEST_BITS: u32 = 0x67800000u;
+
+var<workgroup> lane_counts: array<u32, 1024>;
+var<workgroup> steps: array<u32, BLOCK_SIZE>;
+
+fn block_count() -> u32 {
+    return (config.instance_count + BLOCK_SIZE - 1u) / BLOCK_SIZE;
+}
+
+// Bits of 2^exponent; of 0 below the range, the highest above it.
+fn power_bits(exponent: i32) -> u32 {
+    return u32(clamp(exponent + 127, 0, i32(HIGHEST_BITS >> 23u))) << 23u;
+}
+
+fn exponent_of(value: f32) -> i32 {
+    return i32((bitcast<u32>(value) >> 23u) & 0xffu) - 127;
+}
+
+// The first candidates: powers of two around Eq. 1's level, then the highest, and Eq. 1's own, to tell what it comes to.
+@compute @workgroup_size(1)
+fn begin() {
+    let around = exponent_of(f32(config.budget)) - exponent_of(sums.weight);
+    fill.low_bits = 0u;
+    fill.high_bits = HIGHEST_BITS;
+    fill.low_count = sums.min_vertex_count;
+    fill.pass_number = 0u;
+    for (var c = 0u; c < FILL_CANDIDATES - 2u; c++) {
+        fill.candidates[c] = power_bits(around + i32(c) - 6);
+    }
+    fill.candidates[FILL_CANDIDATES - 2u] = HIGHEST_BITS;
+    fill.candidates[FILL_CANDIDATES - 1u] = 0u;
+    if sums.weight > 0.0 {
+        let plain = clamp(f32(config.budget) / sums.weight, 0.0, bitcast<f32>(HIGHEST_BITS));
+        fill.candidates[FILL_CANDIDATES - 1u] = bitcast<u32>(plain);
+    }
+}
+
+// The level of an instance in water that high.
+fn level_in(character: CharacterRecord, weight: f32, bits: u32) -> LodRecord {
+    let k = min(weight * bitcast<f32>(bits), f32(character.vertex_count));
+    return lods[character.lod_offset + u32(k)];
+}
+
+@compute @workgroup_size(FILL_GROUP_SIZE)
+fn sum_candidates(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let block = group_number(workgroup);
+    for (var c = 0u; c < FILL_CANDIDATES; c++) {
+        lane_counts[lane * FILL_CANDIDATES + c] = 0u;
+    }
+    for (var part = lane; part < BLOCK_SIZE; part += FILL_GROUP_SIZE) {
+        let i = block * BLOCK_SIZE + part;
+        if i >= config.instance_count || culled[i].visible == 0u {
+            continue;
+        }
+        let character = characters[instances[i].character];
+        let weight = culled[i].weight;
+        for (var c = 0u; c < FILL_CANDIDATES; c++) {
+            let count = level_in(character, weight, fill.candidates[c]).vertex_count;
+            let at = lane * FILL_CANDIDATES + c;
+            lane_counts[at] = saturating_add(lane_counts[at], count);
+        }
+    }
+    workgroupBarrier();
+    if lane < FILL_CANDIDATES && block < block_count() {
+        var sum = 0u;
+        for (var l = 0u; l < FILL_GROUP_SIZE; l++) {
+            sum = saturating_add(sum, lane_counts[l * FILL_CANDIDATES + lane]);
+        }
+        block_counts[block * FILL_CANDIDATES + lane] = sum;
+    }
+}
+
+// One group: threads c, c + 16, ... add the blocks' sums of candidate c. Then between which two the budget lies.
+@compute @workgroup_size(BLOCK_SIZE)
+fn narrow(@builtin(local_invocation_index) lane: u32) {
+    let candidate = lane % FILL_CANDIDATES;
+    let chunks = BLOCK_SIZE / FILL_CANDIDATES;
+    var sum = 0u;
+    for (var b = lane / FILL_CANDIDATES; b < block_count(); b += chunks) {
+        sum = saturating_add(sum, block_counts[b * FILL_CANDIDATES + candidate]);
+    }
+    steps[lane] = sum;
+    workgroupBarrier();
+    if lane != 0u {
+        return;
+    }
+    let is_first = fill.pass_number == 0u;
+    let high_before = fill.high_bits;
+    var low = fill.low_bits;
+    var high = high_before;
+    for (var c = 0u; c < FILL_CANDIDATES; c++) {
+        var count = 0u;
+        for (var chunk = 0u; chunk < chunks; chunk++) {
+            count = saturating_add(count, steps[chunk * FILL_CANDIDATES + c]);
+        }
+        if is_first && c == FILL_CANDIDATES - 1u {
+            sums.wanted_count = count;
+            break;
+        }
+        let bits = fill.candidates[c];
+        if count <= config.budget {
+            if bits >= low {
+                low = bits;
+                fill.low_count = count;
+            }
+        } else {
+            high = min(high, bits);
+        }
+    }
+    high = max(high, low);
+    fill.low_bits = low;
+    fill.high_bits = high;
+    fill.pass_number++;
+    let step = max((high - low) / (FILL_CANDIDATES + 1u), 1u);
+    for (var c = 0u; c < FILL_CANDIDATES; c++) {
+        fill.candidates[c] = min(low + step * (c + 1u), high);
+    }
+}
+
+// How many more vertices the instance takes in the higher water.
+fn step_of(i: u32) -> u32 {
+    if i >= config.instance_count || culled[i].visible == 0u {
+        return 0u;
+    }
+    let character = characters[instances[i].character];
+    let weight = culled[i].weight;
+    return level_in(character, weight, fill.high_bits).vertex_count
+        - level_in(character, weight, fill.low_bits).vertex_count;
+}
+
+@compute @workgroup_size(BLOCK_SIZE)
+fn sum_steps(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let block = group_number(workgroup);
+    steps[lane] = step_of(block * BLOCK_SIZE + lane);
+    for (var half = BLOCK_SIZE / 2u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if lane < half {
+            steps[lane] = saturating_add(steps[lane], steps[lane + half]);
+        }
+    }
+    if lane == 0u && block < block_count() {
+        block_counts[block] = steps[0];
+    }
+}
+
+// Inclusive scan of `steps` over the group.
+fn scan_group(lane: u32) {
+    for (var step = 1u; step < BLOCK_SIZE; step *= 2u) {
+        workgroupBarrier();
+        var value = steps[lane];
+        if lane >= step {
+            value = saturating_add(value, steps[lane - step]);
+        }
+        workgroupBarrier();
+        steps[lane] = value;
+    }
+    workgroupBarrier();
+}
+
+// One group: each thread takes a run of blocks. Replaces each block's step by the sum of all before it.
+@compute @workgroup_size(BLOCK_SIZE)
+fn scan_steps(@builtin(local_invocation_index) lane: u32) {
+    let run = (block_count() + BLOCK_SIZE - 1u) / BLOCK_SIZE;
+    let first = min(lane * run, block_count());
+    let end = min(first + run, block_count());
+    var total = 0u;
+    for (var b = first; b < end; b++) {
+        total = saturating_add(total, block_counts[b]);
+    }
+    steps[lane] = total;
+    scan_group(lane);
+    var base = 0u;
+    if lane > 0u {
+        base = steps[lane - 1u];
+    }
+    for (var b = first; b < end; b++) {
+        let step = block_counts[b];
+        block_counts[b] = base;
+        base = saturating_add(base, step);
+    }
+}
+
+@compute @workgroup_size(BLOCK_SIZE)
+fn choose_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let block = group_number(workgroup);
+    let i = block * BLOCK_SIZE + lane;
+    steps[lane] = step_of(i);
+    scan_group(lane);
+    if i >= config.instance_count {
+        return;
+    }
+    if culled[i].visible == 0u {
+        choices[i] = LodChoice(0u, 0u);
+        return;
+    }
+    var bits = fill.low_bits;
+    let left = max(config.budget, fill.low_count) - fill.low_count;
+    if saturating_add(block_counts[block], steps[lane]) <= left {
+        bits = fill.high_bits;
+    }
+    let level = level_in(characters[instances[i].character], culled[i].weight, bits);
+    choices[i] = LodChoice(level.vertex_count, level.triangle_count);
+}
