@@ -93,8 +93,9 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
         for turn in 0..asked.words.ab.len() {
             let index = (first + turn) % contenders.len();
             let contender = &mut contenders[index];
-            let start = Instant::now();
             let options = DrawOptions { technique: contender.technique, ..plan.detail.draw };
+            backend.bake(&crowd, &config, options)?;
+            let start = Instant::now();
             let totals = backend.draw(&config, options)?;
             let frame_ms = start.elapsed().as_secs_f32() * 1e3;
             if round >= warm_up {
