@@ -14,6 +14,8 @@
 @group(0) @binding(9) var animation: texture_2d_array<f32>;
 @group(0) @binding(10) var layers: texture_2d_array<f32>;
 @group(0) @binding(11) var layer_sampler: sampler;
+@group(0) @binding(12) var<storage, read> collapse_map: array<u32>;
+@group(0) @binding(13) var<storage, read> morphs: array<MorphRecord>;
 
 struct Surface {
     @builtin(position) clip_position: vec4f,
@@ -62,6 +64,34 @@ fn full_detail(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32) -
 @vertex
 fn bucketed(@builtin(vertex_index) v: u32, @builtin(instance_index) entry: u32) -> Surface {
     return place_vertex(slot_instances[entry], v);
+}
+
+// The same between two levels: a vertex that the coarser one lacks comes from where that has it, with its normal, texture
+// coordinates and colour. Twin: pose_between in crowd-stages/src/cpu/pose_instance.rs.
+@vertex
+fn bucketed_morphing(@builtin(vertex_index) v: u32, @builtin(instance_index) entry: u32) -> Surface {
+    let i = slot_instances[entry];
+    let morph = morphs[i];
+    var surface = place_vertex(i, v);
+    if v < morph.coarser_vertex_count || morph.fraction >= 1.0 {
+        return surface;
+    }
+    let first = characters[instances[i].character].vertex_offset;
+    var at = v;
+    while at >= morph.coarser_vertex_count {
+        let next = collapse_map[first + at];
+        if next >= at {
+            break;
+        }
+        at = next;
+    }
+    let origin = place_vertex(i, at);
+    surface.world_position = mix(origin.world_position, surface.world_position, morph.fraction);
+    surface.clip_position = config.clip_from_world * vec4f(surface.world_position, 1.0);
+    surface.normal = mix(normalize(origin.normal), normalize(surface.normal), morph.fraction);
+    surface.uv = mix(origin.uv, surface.uv, morph.fraction);
+    surface.color = mix(origin.color, surface.color, morph.fraction);
+    return surface;
 }
 
 // Everyone placed beforehand: attributes are all there is to a vertex.

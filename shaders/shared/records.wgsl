@@ -13,6 +13,10 @@ const INSTANCE_GROUP_SIZE: u32 = 64u;
 const SORT_BLOCK_SIZE: u32 = 64u;
 // Heights that fill_budget tries in one pass.
 const FILL_CANDIDATES: u32 = 16u;
+// Entries of a character's error table, float bits of the first and of one.
+const ERROR_ENTRIES: u32 = 1024u;
+const ERROR_FIRST_BITS: u32 = 0x37800000u;
+const ERROR_SHIFT: u32 = 18u;
 
 const OVERFLOW_BUDGET: u32 = 1u;
 const OVERFLOW_VERTICES: u32 = 2u;
@@ -20,6 +24,7 @@ const OVERFLOW_TRIANGLES: u32 = 4u;
 
 const WEIGHT_AREA: u32 = 0u;
 const WEIGHT_AREA_DISTANCE: u32 = 1u;
+const WEIGHT_ERROR: u32 = 2u;
 
 const MATERIAL_DOUBLE_SIDED: u32 = 1u;
 const MATERIAL_UNLIT: u32 = 2u;
@@ -100,7 +105,7 @@ struct FrameConfig {
     budget: u32,
     instance_count: u32,
     weight: u32,
-    reserved: u32,
+    morph: u32,
     lod_depths_m: vec2f,
 }
 
@@ -118,8 +123,8 @@ struct WeightSums {
     wanted_count: u32,
     share: u32,
     is_scaled: u32,
-    reserved_a: u32,
-    reserved_b: u32,
+    water_bits: u32,
+    reserved: u32,
 }
 
 struct LodChoice {
@@ -157,7 +162,8 @@ struct FrameTotals {
     needed_triangles: u32,
     draw_count: u32,
     wanted_count: u32,
-    reserved: array<u32, 3>,
+    threshold_px: f32,
+    reserved: array<u32, 2>,
 }
 
 struct FillState {
@@ -195,6 +201,11 @@ struct BucketCounts {
     count_16: u32,
     reserved_a: u32,
     reserved_b: u32,
+}
+
+struct MorphRecord {
+    coarser_vertex_count: u32,
+    fraction: f32,
 }
 
 struct BucketRange {
@@ -240,4 +251,9 @@ fn bucket_of_level(levels: BucketSet, level: u32) -> u32 {
         return levels.first_16 + level;
     }
     return levels.first_32 + level - levels.count_16;
+}
+
+// Pixels at one over the water's height, for the error metric.
+fn threshold_px(weight: u32, water_bits: u32) -> f32 {
+    return select(0.0, 1.0 / max(bitcast<f32>(water_bits), 1e-30), weight == WEIGHT_ERROR);
 }

@@ -40,5 +40,8 @@ fn cull_instances(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         weight = pow(max(area_px2 / nearest, 1e-12), config.inverse_alpha)
             * pow(max(detail, 1.0), 1.0 - config.inverse_alpha);
     }
+    if config.weight == WEIGHT_ERROR {
+        weight = config.focal_px * instance.scale / nearest;
+    }
     culled[i] = CullRecord(1u, weight, area_px2, distance_m);
 }

@@ -54,8 +54,14 @@ fn begin() {
 }
 
 // The level of an instance in water that high.
-fn level_in(character: CharacterRecord, weight: f32, bits: u32) -> LodRecord {
-    let k = min(weight * bitcast<f32>(bits), f32(character.vertex_count));
+// Of the error metric, the height is one over pixels: its product with the pixels a metre takes is one over the metres allowed.
+fn level_in(number: u32, character: CharacterRecord, weight: f32, bits: u32) -> LodRecord {
+    let product = weight * bitcast<f32>(bits);
+    if config.weight == WEIGHT_ERROR {
+        let entry = (max(bitcast<u32>(product), ERROR_FIRST_BITS) - ERROR_FIRST_BITS) >> ERROR_SHIFT;
+        return lods[number * ERROR_ENTRIES + min(entry, ERROR_ENTRIES - 1u)];
+    }
+    let k = min(product, f32(character.vertex_count));
     return lods[character.lod_offset + u32(k)];
 }
 
@@ -70,10 +76,11 @@ fn sum_candidates(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         if i >= config.instance_count || culled[i].visible == 0u {
             continue;
         }
-        let character = characters[instances[i].character];
+        let number = instances[i].character;
+        let character = characters[number];
         let weight = culled[i].weight;
         for (var c = 0u; c < FILL_CANDIDATES; c++) {
-            let count = level_in(character, weight, fill.candidates[c]).vertex_count;
+            let count = level_in(number, character, weight, fill.candidates[c]).vertex_count;
             let at = lane * FILL_CANDIDATES + c;
             lane_counts[at] = saturating_add(lane_counts[at], count);
         }
@@ -112,7 +119,8 @@ fn narrow(@builtin(local_invocation_index) lane: u32) {
             count = saturating_add(count, steps[chunk * FILL_CANDIDATES + c]);
         }
         if is_first && c == FILL_CANDIDATES - 1u {
-            sums.wanted_count = count;
+            // Of pixels it makes no sense.
+            sums.wanted_count = select(count, 0u, config.weight == WEIGHT_ERROR);
             break;
         }
         let bits = fill.candidates[c];
@@ -128,6 +136,7 @@ fn narrow(@builtin(local_invocation_index) lane: u32) {
     high = max(high, low);
     fill.low_bits = low;
     fill.high_bits = high;
+    sums.water_bits = low;
     fill.pass_number++;
     let step = max((high - low) / (FILL_CANDIDATES + 1u), 1u);
     for (var c = 0u; c < FILL_CANDIDATES; c++) {
@@ -140,10 +149,11 @@ fn step_of(i: u32) -> u32 {
     if i >= config.instance_count || culled[i].visible == 0u {
         return 0u;
     }
-    let character = characters[instances[i].character];
+    let number = instances[i].character;
+    let character = characters[number];
     let weight = culled[i].weight;
-    return level_in(character, weight, fill.high_bits).vertex_count
-        - level_in(character, weight, fill.low_bits).vertex_count;
+    return level_in(number, character, weight, fill.high_bits).vertex_count
+        - level_in(number, character, weight, fill.low_bits).vertex_count;
 }
 
 @compute @workgroup_size(BLOCK_SIZE)
@@ -216,6 +226,7 @@ fn choose_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocat
     if saturating_add(block_counts[block], steps[lane]) <= left {
         bits = fill.high_bits;
     }
-    let level = level_in(characters[instances[i].character], culled[i].weight, bits);
+    let number = instances[i].character;
+    let level = level_in(number, characters[number], culled[i].weight, bits);
     choices[i] = LodChoice(level.vertex_count, level.triangle_count);
 }

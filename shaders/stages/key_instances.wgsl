@@ -7,7 +7,20 @@
 @group(0) @binding(4) var<storage, read> buckets: array<BucketRecord>;
 @group(0) @binding(5) var<storage, read> culled: array<CullRecord>;
 @group(0) @binding(6) var<storage, read> choices: array<LodChoice>;
-@group(0) @binding(7) var<storage, read_write> keys: array<u32>;
+@group(0) @binding(7) var<storage, read> fill: FillState;
+@group(0) @binding(8) var<storage, read_write> keys: array<u32>;
+@group(0) @binding(9) var<storage, read_write> morphs: array<MorphRecord>;
+
+// How far the water is from this level to the next finer one; full detail has as far to go as it came.
+fn fraction_of(levels: BucketSet, level: u32, weight: f32) -> f32 {
+    let bucket = buckets[bucket_of_level(levels, level)];
+    var finer = 2u * bucket.vertex_count - bucket.coarser_vertex_count;
+    if level + 1u < levels.level_count {
+        finer = buckets[bucket_of_level(levels, level + 1u)].vertex_count;
+    }
+    let above = weight * bitcast<f32>(fill.low_bits) - f32(bucket.vertex_count);
+    return clamp(above / f32(max(finer - bucket.vertex_count, 1u)), 0.0, 1.0);
+}
 
 // The finest level of at most that many vertices, by bisection.
 @compute @workgroup_size(BLOCK_SIZE)
@@ -19,6 +32,7 @@ fn key_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
     let count = choices[i].vertex_count;
     if count == 0u {
         keys[i] = bucket_counts.bucket_count;
+        morphs[i] = MorphRecord(0u, 0.0);
         return;
     }
     let levels = bucket_sets[instances[i].character];
@@ -32,7 +46,13 @@ fn key_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
             high = middle;
         }
     }
-    keys[i] = bucket_of_level(levels, low);
+    let key = bucket_of_level(levels, low);
+    keys[i] = key;
+    var fraction = 1.0;
+    if config.morph == 1u {
+        fraction = fraction_of(levels, low, culled[i].weight);
+    }
+    morphs[i] = MorphRecord(buckets[key].coarser_vertex_count, fraction);
 }
 
 @compute @workgroup_size(BLOCK_SIZE)

@@ -117,6 +117,18 @@ fn write_args(@builtin(local_invocation_index) lane: u32) {
         draw_counts = DrawCounts(count_16, count_32);
         let draws = count_16 + count_32;
         let wanted = sums.wanted_count;
-        totals = FrameTotals(all.x, all.y, all.z, sums.min_vertex_count, over, all.y, all.z, draws, wanted, array<u32, 3>());
+        totals = FrameTotals(
+            all.x,
+            all.y,
+            all.z,
+            sums.min_vertex_count,
+            over,
+            all.y,
+            all.z,
+            draws,
+            wanted,
+            threshold_px(config.weight, sums.water_bits),
+            array<u32, 2>(),
+        );
     }
 }

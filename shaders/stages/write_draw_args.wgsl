@@ -52,6 +52,7 @@ fn write_draw_args() {
         counts.triangle_base,
         select(0u, 1u, drawn.y > 0u),
         sums.wanted_count,
-        array<u32, 3>(),
+        threshold_px(config.weight, sums.water_bits),
+        array<u32, 2>(),
     );
 }

@@ -53,6 +53,13 @@ impl Case {
         self.instances.len() as u32
     }
 
+    /// Culled and summed alone, for weights that Eq. 1 does not know.
+    pub fn select_culled(&self) -> Selected {
+        let culled = cpu::cull_instances(self.data, &self.instances, &self.config);
+        let sums = cpu::sum_weights(self.data, &self.instances, &culled);
+        Selected { culled, sums, wanted: Vec::new(), choices: Vec::new() }
+    }
+
     pub fn select(&self) -> Selected {
         let culled = cpu::cull_instances(self.data, &self.instances, &self.config);
         let mut sums = cpu::sum_weights(self.data, &self.instances, &culled);

@@ -69,6 +69,49 @@ fn used(case: &Case, choices: &[LodChoice]) -> (u64, u64, u64) {
     sums
 }
 
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn levels_by_error_are_equal_for_all_sizes_and_budgets() {
+    let by_error = buckets().error_lods();
+    for case in [0, 12, 50, 100, 1000].map(|each| case(1000, each, Weight::Error)).into_iter().chain([case(
+        65,
+        90,
+        Weight::Error,
+    )]) {
+        let selected = case.select_culled();
+        let (choices, fill, sums) = on_gpu(&case, &by_error, &selected);
+        let expected = on_cpu(&case, &by_error, &selected);
+        assert_eq!(first_difference(&choices, &expected.0), None, "{}", case.config.budget);
+        assert_eq!((fill.low_bits, fill.high_bits), (expected.1.low_bits, expected.1.high_bits));
+        assert_eq!((sums.water_bits, sums.wanted_count), (expected.2.water_bits, 0));
+    }
+}
+
+/// No level's bound takes more pixels than the threshold, and the levels just coarser would, or the budget is not used up.
+#[test]
+fn one_threshold_in_pixels_holds_for_all_and_the_budget_is_used() {
+    let by_error = buckets().error_lods();
+    let case = case(1000, 60, Weight::Error);
+    let selected = case.select_culled();
+    let (choices, _, sums) = on_cpu(&case, &by_error, &selected);
+    let threshold_px = 1.0 / f32::from_bits(sums.water_bits);
+    assert!((0.01..100.0).contains(&threshold_px), "{threshold_px}");
+    let mut coarser_would_not_do = 0;
+    for ((instance, choice), cull) in case.instances.iter().zip(&choices).zip(&selected.culled) {
+        if choice.vertex_count == 0 {
+            continue;
+        }
+        let bucket = buckets().fitting(instance.character, choice.vertex_count);
+        let error_px = buckets().bounds_m[bucket as usize] * cull.weight;
+        assert!(error_px <= threshold_px * 1.001, "{error_px} pixels, {threshold_px} allowed");
+        let coarser = buckets().fitting(instance.character, choice.vertex_count - 1);
+        let coarser_px = buckets().bounds_m[coarser as usize] * cull.weight;
+        coarser_would_not_do += u32::from(coarser_px * 1.05 > threshold_px);
+    }
+    assert!(coarser_would_not_do > selected.sums.visible_count / 2);
+    assert_eq!(misspent(&case, &choices, u64::from(case.config.budget) / 100), None);
+}
+
 /// Why the budget of a case is not well spent, if it is not. `allowance`: vertices that may be left over.
 fn misspent(case: &Case, choices: &[LodChoice], allowance: u64) -> Option<String> {
     let (used, least, full) = used(case, choices);

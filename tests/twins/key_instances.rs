@@ -1,12 +1,12 @@
 //! `key_instances` on the GPU against its twins: equal.
 
 use crate::cases::{Case, Selected, buckets, case, cases, data, first_difference};
-use crowd_stages::{Buckets, Weight, cpu, gpu::KeyInstances};
+use crowd_stages::{Buckets, FillState, MorphRecord, Weight, cpu, gpu::KeyInstances};
 use crowd_tests::gpu;
 
-fn on_gpu(case: &Case, selected: &Selected, full_detail: bool) -> Vec<u32> {
+fn on_gpu(case: &Case, selected: &Selected, fill: FillState, full_detail: bool) -> (Vec<u32>, Vec<MorphRecord>) {
     let stage = KeyInstances::new(&gpu::device().0);
-    let keys = gpu::output::<u32>(case.instances.len());
+    let (keys, morphs) = (gpu::output::<u32>(case.instances.len()), gpu::output::<MorphRecord>(case.instances.len()));
     let bound = stage.bind(
         &gpu::device().0,
         &gpu::uniform(&case.config),
@@ -16,33 +16,84 @@ fn on_gpu(case: &Case, selected: &Selected, full_detail: bool) -> Vec<u32> {
         &gpu::storage(&buckets().records),
         &gpu::storage(&selected.culled),
         &gpu::storage(&selected.choices),
+        &gpu::storage(&[fill]),
         &keys,
+        &morphs,
     );
     gpu::run(|pass| match full_detail {
         true => stage.record_full_detail(pass, &bound, case.count()),
         false => stage.record(pass, &bound, case.count()),
     });
-    gpu::read(&keys, case.instances.len())
+    (gpu::read(&keys, case.instances.len()), gpu::read(&morphs, case.instances.len()))
+}
+
+/// The case with its budget filled, morphing or not.
+fn filled(mut case: Case, morph: u32) -> (Case, Selected, FillState) {
+    case.config.morph = morph;
+    let mut selected = case.select();
+    let lods = buckets().quantized_lods(data());
+    let (choices, fill) =
+        cpu::fill_budget(case.data, &lods, &case.instances, &selected.culled, &mut selected.sums, &case.config);
+    selected.choices = choices;
+    (case, selected, fill)
+}
+
+fn expected(case: &Case, selected: &Selected, fill: &FillState) -> (Vec<u32>, Vec<MorphRecord>) {
+    cpu::key_instances(buckets(), &case.instances, &selected.culled, &selected.choices, fill, &case.config)
+}
+
+/// The first morph that is not within the bound.
+fn morphs_differ(gpu: &[MorphRecord], cpu: &[MorphRecord]) -> Option<String> {
+    let apart = |(a, b): (&MorphRecord, &MorphRecord)| {
+        a.coarser_vertex_count != b.coarser_vertex_count || (a.fraction - b.fraction).abs() > cpu::FRACTION_BOUND
+    };
+    let i = gpu.iter().zip(cpu).position(apart)?;
+    Some(format!("instance {i}: {:?} on the GPU, {:?} on the CPU", gpu[i], cpu[i]))
 }
 
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
-fn keys_are_equal_for_all_sizes() {
-    for case in cases() {
-        let selected = case.select();
-        let expected = cpu::key_instances(buckets(), &case.instances, &selected.choices);
-        assert_eq!(first_difference(&on_gpu(&case, &selected, false), &expected), None, "{}", case.count());
+fn keys_and_morphs_agree_for_all_sizes() {
+    for (number, case) in cases().enumerate() {
+        let (case, selected, fill) = filled(case, number as u32 % 2);
+        let (keys, morphs) = on_gpu(&case, &selected, fill, false);
+        let expected = expected(&case, &selected, &fill);
+        assert_eq!(first_difference(&keys, &expected.0), None, "{}", case.count());
+        assert_eq!(morphs_differ(&morphs, &expected.1), None, "{}", case.count());
         let expected = cpu::key_full_detail(buckets(), &case.instances, &selected.culled);
-        assert_eq!(first_difference(&on_gpu(&case, &selected, true), &expected), None, "{}", case.count());
+        assert_eq!(first_difference(&on_gpu(&case, &selected, fill, true).0, &expected), None, "{}", case.count());
+    }
+}
+
+#[test]
+fn fractions_tell_where_between_two_levels_the_water_stands() {
+    let (case, selected, fill) = filled(case(1000, 60, Weight::Area), 1);
+    let (_, morphs) = expected(&case, &selected, &fill);
+    let seen = || morphs.iter().filter(|m| m.coarser_vertex_count > 0);
+    for tenth in 0..10 {
+        let range = tenth as f32 * 0.1..(tenth + 1) as f32 * 0.1;
+        assert!(seen().filter(|m| range.contains(&m.fraction)).count() > 5, "fractions from {range:?}");
+    }
+    let mut changed = morphs.clone();
+    changed[seen().count() / 2].fraction += 0.01;
+    assert!(morphs_differ(&changed, &morphs).is_some());
+
+    // Ample budget: all at full detail and where they belong. Without morphing: all where they belong.
+    for (each, morph) in [(1000, 1), (60, 0)] {
+        let (case, selected, fill) = filled(crate::cases::case(1000, each, Weight::Area), morph);
+        let (_, morphs) = expected(&case, &selected, &fill);
+        let seen = morphs.iter().zip(&selected.choices).filter(|(_, choice)| choice.vertex_count > 0);
+        assert!(seen.clone().count() > 100 && seen.clone().all(|(m, _)| m.fraction == 1.0));
     }
 }
 
 #[test]
 fn keys_name_levels_of_the_own_character_that_are_no_larger_than_chosen() {
     let case = case(1000, 30, Weight::Area);
-    let choices = case.select().choices;
-    let keys = cpu::key_instances(buckets(), &case.instances, &choices);
-    for ((instance, choice), key) in case.instances.iter().zip(&choices).zip(keys) {
+    let selected = case.select();
+    let choices = &selected.choices;
+    let (keys, _) = expected(&case, &selected, &FillState::default());
+    for ((instance, choice), key) in case.instances.iter().zip(choices).zip(keys) {
         let of_its_own = |b: &Buckets| {
             let levels = 0..b.sets[instance.character as usize].level_count;
             levels.map(|l| b.at(instance.character, l)).any(|bucket| bucket == key)

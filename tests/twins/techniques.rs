@@ -2,11 +2,19 @@
 
 use crate::cases::{buckets, case, data, first_difference};
 use crate::whole_chain::{OPTIONS, close_up, compare, draw, renderer};
-use crowd_stages::{DrawOptions, Fit, FrameConfig, Levels, LodChoice, Technique, Weight, cpu};
+use crowd_stages::{
+    CullRecord, DrawOptions, FillState, Fit, FrameConfig, InstanceRecord, Levels, LodChoice, MorphRecord, Technique,
+    Weight, cpu,
+};
 use crowd_tests::gpu::{self, Picture};
+use crowd_tests::synthetic;
+use glam::Vec3;
 
 /// Reformation with levels snapped to those that have tables: the oracle.
-const ORACLE: DrawOptions = DrawOptions { technique: Technique::Reform, levels: Levels::Quantized, fit: Fit::Fill };
+const ORACLE: DrawOptions =
+    DrawOptions { technique: Technique::Reform, levels: Levels::Quantized, fit: Fit::Fill, no_morph: true };
+/// Levels that change at once, as those of the oracle.
+const AT_ONCE: DrawOptions = DrawOptions { technique: Technique::Bucketed, ..ORACLE };
 
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
@@ -18,7 +26,7 @@ fn bucketed_draws_what_reformation_of_the_same_levels_draws() {
         let config = FrameConfig { budget, ..config };
         let oracle_totals = draw(&mut renderer, &picture, &config, ORACLE);
         let oracle = picture.pixels();
-        let totals = draw(&mut renderer, &picture, &config, Technique::Bucketed);
+        let totals = draw(&mut renderer, &picture, &config, AT_ONCE);
         let colors: std::collections::BTreeSet<[u8; 4]> = oracle.iter().copied().collect();
         assert!(colors.len() > 1000, "{} colours: this is not a picture", colors.len());
         assert_eq!(compare(&picture.pixels(), &oracle).max, 0, "budget {budget}: not one pixel differs");
@@ -49,7 +57,10 @@ fn the_bucketed_chain_follows_from_its_levels_and_repeats_itself() {
     let frame = cpu::run_selection(data(), &lods, &case.instances, &case.config, Fit::Fill);
     let different = choices.iter().zip(&frame.choices).filter(|(gpu, cpu)| gpu != cpu).count();
     assert!(different * 50 < n, "{different} of {n} levels are others");
-    let keys = cpu::key_instances(buckets(), &case.instances, &choices);
+    let culled: Vec<CullRecord> =
+        gpu::read(renderer.buffer(Technique::Bucketed, "culled").expect("the selection writes it"), n);
+    let (keys, _) =
+        cpu::key_instances(buckets(), &case.instances, &culled, &choices, &FillState::default(), &case.config);
     let (sorted_keys, sorted) = cpu::sort_instances(&keys);
     assert_eq!(first_difference(&read("keys"), &keys), None);
     assert_eq!(first_difference(&read("sorted_keys"), &sorted_keys), None);
@@ -100,8 +111,88 @@ fn the_static_floor_is_the_bucketed_picture_as_near_as_the_cpu_computes_it() {
     assert!(unbaked.expect_err("nobody baked").to_string().contains("bake_floor"));
     renderer.bake_floor(device, queue, data(), &instances, &config, options).expect("it fits");
     let floor = draw(&mut renderer, &picture, &config, Technique::StaticFloor);
-    let difference = compare(&picture.pixels(), &bucketed);
+    let moving = picture.pixels();
+    let difference = compare(&moving, &bucketed);
     assert!(difference.share_over(8) < 0.002, "{difference:?}");
+
+    // That holds for vertices on their way between levels, too, and they are not where they are without.
+    let at_once = DrawOptions { technique: Technique::StaticFloor, ..ORACLE };
+    renderer.bake_floor(device, queue, data(), &instances, &config, at_once).expect("it fits");
+    draw(&mut renderer, &picture, &config, at_once);
+    let still = picture.pixels();
+    draw(&mut renderer, &picture, &config, AT_ONCE);
+    assert!(compare(&still, &picture.pixels()).share_over(8) < 0.002);
+    assert!(compare(&still, &moving).share_over(8) > 0.005, "{:?}", compare(&still, &moving));
     let of = |t: crowd_stages::FrameTotals| (t.visible_count, t.vertex_count, t.triangle_count);
     assert_eq!((of(floor), floor.draw_count), (of(totals), 1));
+}
+
+/// Where every vertex of full detail is drawn: its own place, or that of the vertex it has collapsed into.
+fn places(instances: &[InstanceRecord], frame: &cpu::CpuFrame) -> Vec<Vec3> {
+    let mut places = Vec::new();
+    for (i, instance) in instances.iter().enumerate().filter(|(i, _)| frame.choices[*i].vertex_count > 0) {
+        let choice = frame.choices[i];
+        let at_once = MorphRecord { coarser_vertex_count: choice.vertex_count, fraction: 1.0 };
+        let morph = frame.morphs.get(i).copied().unwrap_or(at_once);
+        let posed = cpu::pose_between(data(), instance, choice, morph, 0.4);
+        let character = &data().characters[instance.character as usize];
+        let map = &data().collapse_map[character.vertex_offset as usize..][..character.vertex_count as usize];
+        for v in 0..character.vertex_count {
+            let mut at = v;
+            while at >= choice.vertex_count {
+                at = map[at as usize];
+            }
+            places.push(Vec3::from_array(posed.positions[at as usize]));
+        }
+    }
+    places
+}
+
+/// The same moment with a budget that grows by a quarter per cent at a time: what moves is the levels alone. (Of pictures, sums of
+/// differences say nothing: edges cross as many pixels in many small steps as in a large one.)
+#[test]
+fn vertices_move_a_fifth_as_far_in_one_step_as_without_morphs() {
+    let (instances, config) = close_up();
+    let lods = buckets().quantized_lods(data());
+    let farthest = |frame_at: &dyn Fn(&FrameConfig) -> cpu::CpuFrame| {
+        let budgets = (0..40).map(|step| (5000.0 * (1.0 + 0.0025 * step as f32)) as u32);
+        let mut all = budgets.map(|budget| places(&instances, &frame_at(&FrameConfig { budget, ..config })));
+        let mut before = all.next().expect("forty budgets");
+        let mut farthest = 0.0f32;
+        for after in all {
+            let distances = before.iter().zip(&after).map(|(a, b)| a.distance(*b));
+            farthest = distances.fold(farthest, f32::max);
+            before = after;
+        }
+        farthest
+    };
+    let jumping = farthest(&|config| cpu::run_selection(data(), &lods, &instances, config, Fit::Fill));
+    let moving = farthest(&|config| cpu::run_morphing_selection(data(), buckets(), &lods, &instances, config));
+    println!("farthest in one step: {moving} m with morphs, {jumping} m without");
+    assert!(moving > 0.0 && moving < 0.2 * jumping, "{moving} m with morphs, {jumping} m without");
+}
+
+#[test]
+fn at_the_beginning_of_its_way_a_level_is_the_coarser_one() {
+    let instance = synthetic::instances(data(), 1)[0];
+    let character = instance.character;
+    let levels = buckets().sets[character as usize].level_count;
+    let choice = |level: u32| {
+        let record = buckets().records[buckets().at(character, level) as usize];
+        LodChoice { vertex_count: record.vertex_count, triangle_count: record.triangle_count }
+    };
+    let (fine, coarse) = (choice(levels - 1), choice(levels - 2));
+    let morph = |fraction| MorphRecord { coarser_vertex_count: coarse.vertex_count, fraction };
+    let of = |choice, morph| cpu::pose_between(data(), &instance, choice, morph, 0.4);
+    let (start, end) = (of(fine, morph(0.0)), of(fine, morph(1.0)));
+    let below = cpu::pose_instance(data(), &instance, coarse, 0.4);
+    // Triangles that the coarser level lacks have no extent; the others are where it has them.
+    let corners = |posed: &cpu::PosedInstance| {
+        let place = |t: &[u32; 3]| t.map(|v| posed.positions[v as usize].map(f32::to_bits));
+        let real = posed.triangles.iter().map(place).filter(|[a, b, c]| a != b && b != c && c != a);
+        real.collect::<std::collections::BTreeSet<_>>().len()
+    };
+    assert_eq!(start.triangles.len(), fine.triangle_count as usize);
+    assert_eq!(corners(&start), corners(&below));
+    assert_eq!(end.positions, cpu::pose_instance(data(), &instance, fine, 0.4).positions);
 }

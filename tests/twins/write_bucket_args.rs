@@ -1,7 +1,9 @@
 //! `write_bucket_args` on the GPU against its twin: equal.
 
 use crate::cases::{Case, buckets, case, cases, first_difference};
-use crowd_stages::{BucketRange, DrawArgs, DrawCounts, FrameTotals, Weight, WeightSums, cpu, gpu::WriteBucketArgs};
+use crowd_stages::{
+    BucketRange, DrawArgs, DrawCounts, FillState, FrameTotals, Weight, WeightSums, cpu, gpu::WriteBucketArgs,
+};
 use crowd_tests::gpu;
 
 type Written = (Vec<BucketRange>, Vec<DrawArgs>, DrawCounts, FrameTotals);
@@ -31,7 +33,9 @@ fn on_gpu(case: &Case, sorted_keys: &[u32], sums: &WeightSums) -> Written {
 
 fn sorted_keys(case: &Case) -> (Vec<u32>, WeightSums) {
     let selected = case.select();
-    let keys = cpu::key_instances(buckets(), &case.instances, &selected.choices);
+    let fill = FillState::default();
+    let (keys, _) =
+        cpu::key_instances(buckets(), &case.instances, &selected.culled, &selected.choices, &fill, &case.config);
     (cpu::sort_instances(&keys).0, selected.sums)
 }
 

@@ -1,5 +1,6 @@
 //! What index tables make possible: one bucket for each quantised level of each character, all drawn from two index buffers.
 
+use crate::dispatch::{ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT};
 use crate::{BucketCounts, BucketRecord, BucketSet, CrowdData, DiscreteConfig, Error, Result};
 use crowd_pack::{CharacterRecord, LevelRecord, LodRecord};
 use glam::Vec3;
@@ -17,6 +18,8 @@ pub struct Buckets {
     pub records: Vec<BucketRecord>,
     /// How many of them have 16-bit indices.
     pub count_16: u32,
+    /// Of each: no point of the level or of full detail is farther from the other, metres.
+    pub bounds_m: Vec<f32>,
     /// Indices of the former.
     pub indices_16: Vec<u16>,
     /// Indices of the latter.
@@ -30,28 +33,35 @@ impl Buckets {
     /// [`Error::Tables`] when a character has no levels with index tables, or tables that are not in the data.
     pub fn of(data: &CrowdData) -> Result<Self> {
         let mut buckets = Self::default();
-        let mut wide = Vec::new();
+        let mut wide = (Vec::new(), Vec::new());
         for character in 0..data.characters.len() {
             let levels = quantized(data, character).ok_or(Error::Tables { character })?;
             let narrow = levels.iter().take_while(|level| level.index_bytes == 2).count();
             buckets.sets.push(BucketSet {
                 first_16: buckets.records.len() as u32,
                 count_16: narrow as u32,
-                first_32: wide.len() as u32,
+                first_32: wide.0.len() as u32,
                 level_count: levels.len() as u32,
             });
             for (number, level) in levels.iter().enumerate() {
                 let coarser_vertex_count = levels[number.saturating_sub(1)].vertex_count;
                 let record = buckets.add_table(data, level, coarser_vertex_count);
                 let record = record.ok_or(Error::Tables { character })?;
-                if number < narrow { buckets.records.push(record) } else { wide.push(record) }
+                let list = if number < narrow {
+                    (&mut buckets.records, &mut buckets.bounds_m)
+                } else {
+                    (&mut wide.0, &mut wide.1)
+                };
+                list.0.push(record);
+                list.1.push(level.bound_m);
             }
         }
         buckets.count_16 = buckets.records.len() as u32;
         for set in &mut buckets.sets {
             set.first_32 += buckets.count_16;
         }
-        buckets.records.extend(wide);
+        buckets.records.extend(wide.0);
+        buckets.bounds_m.extend(wide.1);
         Ok(buckets)
     }
 
@@ -94,6 +104,13 @@ impl Buckets {
         self.at(character, finer.last().unwrap_or(0))
     }
 
+    /// Bucket of the next finer level of a character, if there is one.
+    pub fn finer(&self, character: u32, bucket: u32) -> Option<u32> {
+        let mut levels = 0..self.sets[character as usize].level_count;
+        let level = levels.find(|level| self.at(character, *level) == bucket)?;
+        (level + 1 < levels.end).then(|| self.at(character, level + 1))
+    }
+
     /// A bucket's triangles, indices local to the character.
     pub fn triangles(&self, bucket: u32) -> Vec<[u32; 3]> {
         let record = &self.records[bucket as usize];
@@ -103,6 +120,27 @@ impl Buckets {
         } else {
             self.indices_32[range].as_chunks::<3>().0.to_vec()
         }
+    }
+
+    /// The coarsest level for an error, [`ERROR_ENTRIES`] entries a character: entry e is for one over the metres allowed from
+    /// `2^(e / 32 - 16)` on, up to the next entry's, for which its bound holds. The first entry is the coarsest level whatever
+    /// its bound, the last full detail.
+    pub fn error_lods(&self) -> Vec<LodRecord> {
+        let end_of = |entry: u32| f32::from_bits(ERROR_FIRST_BITS + ((entry + 1) << ERROR_SHIFT));
+        let mut lods = Vec::new();
+        for (character, set) in self.sets.iter().enumerate() {
+            let at = |level: u32| self.at(character as u32, level) as usize;
+            let mut level = 0;
+            for entry in 0..ERROR_ENTRIES {
+                let is_good = |level: u32| entry == 0 || self.bounds_m[at(level)] * end_of(entry) <= 1.0;
+                while level + 1 < set.level_count && (!is_good(level) || entry + 1 == ERROR_ENTRIES) {
+                    level += 1;
+                }
+                let BucketRecord { vertex_count, triangle_count, .. } = self.records[at(level)];
+                lods.push(LodRecord { vertex_count, triangle_count });
+            }
+        }
+        lods
     }
 
     /// LOD tables like those of the data, of quantised levels only: entry k is the finest quantised level of at most k

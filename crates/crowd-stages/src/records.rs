@@ -43,8 +43,8 @@ pub struct FrameConfig {
     pub instance_count: u32,
     /// [`Weight`] as a number.
     pub weight: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// 1 when levels morph; filled in like `instance_count`.
+    pub morph: u32,
     /// Depths, metres, from which [`crate::Technique::Discrete`] draws its second and its third level.
     pub lod_depths_m: [f32; 2],
 }
@@ -92,7 +92,7 @@ impl FrameConfig {
             budget: view.budget,
             instance_count: 0,
             weight: view.weight as u32,
-            reserved: 0,
+            morph: 0,
             lod_depths_m: LOD_HEIGHTS_PX.map(|height_px| 1.8 * focal_px / height_px),
         }
     }
@@ -150,10 +150,10 @@ pub struct WeightSums {
     pub share: u32,
     /// 1 when what was wanted exceeds the budget.
     pub is_scaled: u32,
-    /// Zeros.
-    pub reserved_a: u32,
-    /// Zeros.
-    pub reserved_b: u32,
+    /// Bits of the water's height that `fill_budget` found, vertices a unit of weight; [`Weight::Error`]: one over pixels.
+    pub water_bits: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// Where an instance's part of the frame's vertex list and index buffer starts, 8 bytes: result of `scan_counts`.
@@ -236,7 +236,7 @@ impl DrawConfig {
 
 /// What a frame came to, 48 bytes.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct FrameTotals {
     /// Instances whose sphere meets the frustum.
     pub visible_count: u32,
@@ -256,8 +256,10 @@ pub struct FrameTotals {
     pub draw_count: u32,
     /// Vertices that Eq. 1 as printed comes to, clamped to what characters have; 0 where there is no budget.
     pub wanted_count: u32,
+    /// Of [`Weight::Error`]: pixels that no error on the screen exceeds, full detail aside; else 0.
+    pub threshold_px: f32,
     /// Zeros.
-    pub reserved: [u32; 3],
+    pub reserved: [u32; 2],
 }
 
 /// Where the search of `fill_budget` has got to, 96 bytes. Heights are bits of floats, vertices a unit of weight.
@@ -334,6 +336,16 @@ pub struct BucketCounts {
     pub reserved_b: u32,
 }
 
+/// How far an instance's level is on the way from the next coarser one, 8 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct MorphRecord {
+    /// Vertices of the coarser level: those from here on move.
+    pub coarser_vertex_count: u32,
+    /// 0: where the coarser level has them; 1: at their own places.
+    pub fraction: f32,
+}
+
 /// Instances of a bucket in the sorted list, 8 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
@@ -391,6 +403,10 @@ pub enum Weight {
     /// multiplier gives `k ~ ((alpha - 1) * (A / D) * P^(alpha - 1))^(1 / alpha)`. The factor `alpha - 1` is the same for
     /// all and cancels in the quotient, so we leave it out; at `alpha = 1` it would be 0 for everyone.
     AreaDistance,
+    /// No share at all: pixels that a metre takes on the screen. Every instance gets the coarsest quantised level whose
+    /// measured error is below one number of pixels, the same for all, as small as the budget allows
+    /// ([`crate::cpu::fill_budget`]).
+    Error,
 }
 
 /// Numbers the shaders and the dispatches agree on; `shaders/shared/records.wgsl` has the same.
@@ -405,6 +421,12 @@ pub mod dispatch {
     pub const SORT_BLOCK_SIZE: u32 = 64;
     /// Heights that `fill_budget` tries in one pass.
     pub const FILL_CANDIDATES: u32 = 16;
+    /// Entries of a character's error table: 32 for each doubling of the pixels that a metre takes.
+    pub const ERROR_ENTRIES: u32 = 1024;
+    /// Float bits of the first: 2^-16 a metre.
+    pub const ERROR_FIRST_BITS: u32 = (127 - 16) << 23;
+    /// Float bits of an entry.
+    pub const ERROR_SHIFT: u32 = 18;
     /// Most bits of a digit of the sort.
     pub const MAX_DIGIT_BITS: u32 = 6;
 }

@@ -122,6 +122,8 @@ pub struct DrawOptions {
     pub levels: Levels,
     /// How the budget is split.
     pub fit: Fit,
+    /// Vertices of [`Technique::Bucketed`] stay at their level's places, so that levels change at once.
+    pub no_morph: bool,
 }
 
 impl DrawOptions {
@@ -131,6 +133,14 @@ impl DrawOptions {
             Technique::Bucketed | Technique::StaticFloor => Levels::Quantized,
             _ => self.levels,
         }
+    }
+}
+
+impl DrawOptions {
+    /// Whether vertices move between levels: only where tables are drawn whose levels follow the water's height.
+    pub fn morphs(&self) -> bool {
+        let moves = matches!(self.technique, Technique::Bucketed | Technique::StaticFloor);
+        moves && self.fit == Fit::Fill && !self.no_morph
     }
 }
 

@@ -121,6 +121,19 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = FitWord::Fill, help_heading = "Level of detail")]
     pub fit: FitWord,
 
+    /// What the budget is split by: size on the screen (--weight, --alpha), or the levels' measured errors, so that one number of
+    /// pixels bounds them all
+    #[arg(long, value_enum, default_value_t = MetricWord::Size, help_heading = "Level of detail")]
+    pub lod_metric: MetricWord,
+
+    /// Pixels of error that the budget should hold; says so when it does not
+    #[arg(long, value_name = "PX", value_parser = positive, help_heading = "Level of detail")]
+    pub max_px: Option<f32>,
+
+    /// Bucketed levels change at once instead of moving over into each other
+    #[arg(long, help_heading = "Level of detail")]
+    pub no_morph: bool,
+
     /// Metres from which the technique `discrete` draws its second and third level [default: where somebody of 1.8 m is
     /// 200 and 66 pixels high]
     #[arg(long, value_name = "M,M", value_parser = depths, help_heading = "Level of detail")]
@@ -219,6 +232,15 @@ pub enum WeightWord {
     Area,
     /// Area, distance and triangles (Dong 2019)
     AreaDistance,
+}
+
+/// `--lod-metric`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MetricWord {
+    /// Projected size, as in the papers
+    Size,
+    /// Baked error of quantised levels, in pixels
+    Error,
 }
 
 /// `--fit`.

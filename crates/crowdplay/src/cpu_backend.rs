@@ -6,7 +6,8 @@ use crate::{Error, Result};
 use crowd_pack::{CharacterRecord, LodRecord, MaterialRecord, NONE, VertexRecord, material_flags};
 use crowd_raster::{Batch, Fill, Material, Mip, Target, Texture, View, Wrap};
 use crowd_stages::{
-    Buckets, CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Levels, LodChoice, Technique, cpu,
+    Buckets, CrowdData, DrawOptions, Fit, FrameConfig, FrameTotals, InstanceRecord, Levels, LodChoice, Technique,
+    Weight, cpu,
 };
 use glam::{Mat4, Vec3};
 use rayon::prelude::*;
@@ -24,6 +25,7 @@ pub struct CpuBackend {
     textures: Vec<Texture>,
     materials: Vec<Material>,
     quantized_lods: Vec<LodRecord>,
+    error_lods: Vec<LodRecord>,
     buckets: Buckets,
     /// The newest frame, `factor` times as wide and high as asked for.
     target: Target,
@@ -51,6 +53,7 @@ impl CpuBackend {
         Ok(Self {
             textures: crowd.data.layers.iter().map(texture).collect(),
             materials: crowd.data.materials.iter().map(material).collect(),
+            error_lods: buckets.error_lods(),
             quantized_lods: buckets.quantized_lods(&crowd.data),
             buckets,
             target: Target::new(size[0] * factor, size[1] * factor, [0, 0, 0, 255]),
@@ -83,7 +86,7 @@ impl CpuBackend {
         let drawn: Vec<usize> = (0..crowd.instances.len()).filter(|&i| frame.choices[i].triangle_count > 0).collect();
         let mut rest = &drawn[..];
         while !rest.is_empty() {
-            let taken = batch.fill(&crowd.data, &crowd.instances, &frame.choices, rest, config.time_s, &self.materials);
+            let taken = batch.fill(&crowd.data, &crowd.instances, &frame, rest, config.time_s, &self.materials);
             crowd_raster::draw(&mut self.target, &view, &batch.as_batch(&self.textures));
             rest = &rest[taken..];
         }
@@ -99,16 +102,21 @@ impl CpuBackend {
     /// The levels that the technique would draw; how they are submitted does not matter here.
     fn select(&self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> cpu::CpuFrame {
         let Crowd { data, instances, .. } = crowd;
+        let by_error = config.weight == Weight::Error as u32;
         match options.technique {
             Technique::PseudoInstancing => cpu::select_full_detail(data, instances, config),
             Technique::Instanced => cpu::select_visible(data, instances, config),
             Technique::Discrete => cpu::select_discrete(data, &self.buckets, instances, config),
+            Technique::StaticFloor | Technique::Bucketed if options.morphs() && !by_error => {
+                cpu::run_morphing_selection(data, &self.buckets, &self.quantized_lods, instances, config)
+            }
             Technique::Reform | Technique::StaticFloor | Technique::Bucketed => {
                 let lods = match options.levels() {
+                    _ if by_error => &self.error_lods,
                     Levels::Continuous => &data.lods,
                     Levels::Quantized => &self.quantized_lods,
                 };
-                cpu::run_selection(data, lods, instances, config, options.fit)
+                cpu::run_selection(data, lods, instances, config, if by_error { Fit::Fill } else { options.fit })
             }
         }
     }
@@ -158,16 +166,20 @@ impl BatchBuilder {
         &mut self,
         data: &CrowdData,
         instances: &[InstanceRecord],
-        choices: &[LodChoice],
+        frame: &cpu::CpuFrame,
         drawn: &[usize],
         time_s: f32,
         materials: &[Material],
     ) -> usize {
         self.clear();
+        let choices = &frame.choices;
         let taken = self.admit(data, instances, choices, drawn, materials);
         let drawn = &drawn[..taken];
-        let posed: Vec<cpu::PosedInstance> =
-            drawn.par_iter().map(|&i| cpu::pose_instance(data, &instances[i], choices[i], time_s)).collect();
+        let pose = |&i: &usize| match frame.morphs.get(i) {
+            Some(morph) => cpu::pose_between(data, &instances[i], choices[i], *morph, time_s),
+            None => cpu::pose_instance(data, &instances[i], choices[i], time_s),
+        };
+        let posed: Vec<cpu::PosedInstance> = drawn.par_iter().map(pose).collect();
         for (&i, posed) in drawn.iter().zip(posed) {
             self.push(data, &data.characters[instances[i].character as usize], instances[i].character, posed);
         }
@@ -219,8 +231,8 @@ impl BatchBuilder {
         let first = record.vertex_offset as usize;
         let level: &[VertexRecord] = &data.vertices[first..first + posed.positions.len()];
         let material_base = self.material_base[character as usize].expect("admit placed every character of the batch");
-        self.uvs.extend(level.iter().map(|v| v.uv));
-        self.colors.extend(level.iter().map(|v| v.color.to_le_bytes()));
+        self.uvs.extend_from_slice(&posed.uvs);
+        self.colors.extend_from_slice(&posed.colors);
         self.vertex_materials.extend(level.iter().map(|v| material_base + (v.material_class & 0xffff) as u16));
         self.triangles.extend(posed.triangles.iter().map(|t| t.map(|corner| base + corner)));
         self.positions.extend_from_slice(&posed.positions);

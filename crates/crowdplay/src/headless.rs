@@ -40,7 +40,7 @@ pub fn render(
         let totals = backend.draw(crowd, &config, detail.draw)?;
         let frame_ms = start.elapsed().as_secs_f32() * 1e3;
         frames.push(Frame::new(number, time_s, totals, frame_ms, &backend.timings_ms()));
-        for message in stats::overflow_messages(&totals, budget) {
+        for message in stats::overflow_messages(&totals, budget, detail.max_px) {
             if !warnings.contains(&message) && warnings.len() < 16 {
                 talk.say(&format!("frame {number}: {message}"));
                 warnings.push(message);
@@ -121,11 +121,13 @@ pub fn report(
             Fit::Fill => "fill",
             Fit::Plain => "eq1",
         },
+        morph: detail.draw.morphs(),
         budget,
         alpha: detail.alpha,
         weight: match detail.weight {
             Weight::Area => "area",
             Weight::AreaDistance => "area-distance",
+            Weight::Error => "error",
         },
         crowd: crowd.summary.clone(),
         dt_s: 0.0,

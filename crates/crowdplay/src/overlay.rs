@@ -22,6 +22,8 @@ pub struct Knobs {
     pub weight: Weight,
     /// How the crowd is drawn.
     pub draw: DrawOptions,
+    /// Pixels of error that should hold.
+    pub max_px: Option<f32>,
     /// Time stands still.
     pub paused: bool,
     /// Seconds of the crowd a second of the clock.
@@ -96,7 +98,7 @@ pub fn show(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &Camer
 fn everything(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &CameraControl) {
     numbers(ui, knobs, readings);
     graph(ui, &readings.frame_ms);
-    for line in stats::overflow_messages(&readings.totals, knobs.budget) {
+    for line in stats::overflow_messages(&readings.totals, knobs.budget, knobs.max_px) {
         ui.label(RichText::new(line).color(Color32::from_rgb(255, 150, 90)));
     }
     ui.separator();
@@ -151,6 +153,9 @@ fn numbers(ui: &mut Ui, knobs: &Knobs, readings: &Readings) {
                 false => format!("{vertices}, no budget"),
             },
         );
+        if totals.threshold_px > 0.0 {
+            row(ui, "Error", format!("{:.2} px at most", totals.threshold_px));
+        }
         row(ui, "Draws", grouped(u64::from(totals.draw_count)));
         if readings.gpu_bytes > 0 {
             row(ui, "GPU memory", format!("{:.1} MB", readings.gpu_bytes as f64 / 1e6));
@@ -196,6 +201,7 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs) {
         ui.label("Weight");
         ui.selectable_value(&mut knobs.weight, Weight::Area, "area");
         ui.selectable_value(&mut knobs.weight, Weight::AreaDistance, "area, distance");
+        ui.selectable_value(&mut knobs.weight, Weight::Error, "error");
     });
     ui.horizontal_wrapped(|ui| {
         ui.label("Technique");
@@ -209,6 +215,13 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs) {
             ui.label("Budget");
             ui.selectable_value(&mut knobs.draw.fit, Fit::Fill, "filled");
             ui.selectable_value(&mut knobs.draw.fit, Fit::Plain, "Eq. 1 as printed");
+        });
+    }
+    if knobs.draw.technique == Technique::Bucketed && knobs.draw.fit == Fit::Fill {
+        ui.horizontal(|ui| {
+            ui.label("Between levels");
+            ui.selectable_value(&mut knobs.draw.no_morph, false, "move");
+            ui.selectable_value(&mut knobs.draw.no_morph, true, "jump");
         });
     }
     if knobs.draw.technique == Technique::Reform {

@@ -1,6 +1,6 @@
 //! What the command line means: one plan, all defaults decided, no file opened yet.
 
-use crate::cli::{Args, BackendWord, FitWord, WeightWord};
+use crate::cli::{Args, BackendWord, FitWord, MetricWord, WeightWord};
 use crate::{Error, Result};
 use crowd_scene::Layout;
 use crowd_stages::{DrawOptions, Fit, Levels, Technique, Weight};
@@ -113,6 +113,8 @@ pub struct DetailPlan {
     pub weight: Weight,
     /// How it is drawn.
     pub draw: DrawOptions,
+    /// Pixels of error that should hold.
+    pub max_px: Option<f32>,
     /// Depths of the discrete levels; `None`: from heights in pixels.
     pub lod_depths_m: Option<[f32; 2]>,
     /// The user named the technique.
@@ -299,16 +301,19 @@ pub fn plan(args: &Args) -> Result<Plan> {
         detail: DetailPlan {
             budget: args.budget,
             alpha: args.alpha,
-            weight: match args.weight {
-                WeightWord::Area => Weight::Area,
-                WeightWord::AreaDistance => Weight::AreaDistance,
+            weight: match (args.lod_metric, args.weight) {
+                (MetricWord::Error, _) => Weight::Error,
+                (MetricWord::Size, WeightWord::Area) => Weight::Area,
+                (MetricWord::Size, WeightWord::AreaDistance) => Weight::AreaDistance,
             },
+            max_px: args.max_px,
             draw: DrawOptions {
                 technique: args.technique.unwrap_or(Technique::Bucketed),
                 fit: match args.fit {
                     FitWord::Fill => Fit::Fill,
                     FitWord::Eq1 => Fit::Plain,
                 },
+                no_morph: args.no_morph,
                 levels: if args.snap_levels { Levels::Quantized } else { Levels::Continuous },
             },
             lod_depths_m: args.lod_depths,

@@ -30,6 +30,8 @@ pub struct Report {
     pub levels: &'static str,
     /// How the budget is split: `fill` or `eq1`.
     pub fit: &'static str,
+    /// Vertices move between levels.
+    pub morph: bool,
     /// Vertices a frame: N.
     pub budget: u32,
     /// Exponent of the split.
@@ -101,6 +103,8 @@ pub struct Frame {
     pub vertices: u32,
     /// Vertices that Eq. 1 as printed comes to, for comparison; 0 where there is no budget.
     pub eq1_vertices: u32,
+    /// Pixels that no level's error exceeds, with --lod-metric error; else 0.
+    pub threshold_px: f32,
     /// Triangles drawn.
     pub triangles: u32,
     /// Draws that draw anything.
@@ -128,6 +132,7 @@ impl Frame {
             visible: totals.visible_count,
             vertices: totals.vertex_count,
             eq1_vertices: totals.wanted_count,
+            threshold_px: totals.threshold_px,
             triangles: totals.triangle_count,
             draws: totals.draw_count,
             min_vertices: totals.min_vertex_count,
@@ -147,12 +152,18 @@ pub fn overflow_words(bits: u32) -> Vec<&'static str> {
 }
 
 /// What an overflow means and what helps, a sentence each.
-pub fn overflow_messages(totals: &FrameTotals, budget: u32) -> Vec<String> {
+pub fn overflow_messages(totals: &FrameTotals, budget: u32, max_px: Option<f32>) -> Vec<String> {
     let mut messages = Vec::new();
     if totals.overflow & overflow::BUDGET != 0 {
         messages.push(format!(
             "budget: the coarsest levels of the {} visible instances have {} vertices, the budget is {budget}; raise --budget",
             totals.visible_count, totals.min_vertex_count
+        ));
+    }
+    if let Some(max_px) = max_px.filter(|max_px| totals.threshold_px > *max_px) {
+        messages.push(format!(
+            "error: {:.2} pixels is the least that a budget of {budget} holds, {max_px} asked for (--max-px); raise --budget",
+            totals.threshold_px
         ));
     }
     if totals.overflow & overflow::VERTICES != 0 {
@@ -252,8 +263,11 @@ mod tests {
         let bits = overflow::BUDGET | overflow::TRIANGLES;
         assert_eq!(overflow_words(bits), ["budget", "triangles"]);
         let totals = FrameTotals { overflow: bits, min_vertex_count: 77, needed_triangles: 88, ..Default::default() };
-        let messages = overflow_messages(&totals, 50);
+        let messages = overflow_messages(&totals, 50, None);
         assert_eq!(messages.len(), 2);
+        let coarse = FrameTotals { threshold_px: 2.0, ..Default::default() };
+        let count = |max_px| overflow_messages(&coarse, 50, max_px).len();
+        assert_eq!([count(None), count(Some(3.0)), count(Some(1.0))], [0, 0, 1]);
         assert!(messages[0].contains("77") && messages[0].contains("50") && messages[1].contains("88"));
     }
 }

@@ -213,6 +213,7 @@ impl Running {
             alpha: detail.alpha,
             weight: detail.weight,
             draw: detail.draw,
+            max_px: detail.max_px,
             paused: false,
             time_scale: 1.0,
             visible: true,
@@ -347,12 +348,13 @@ impl Running {
     }
 
     fn detail(&self) -> DetailPlan {
-        let Knobs { budget, alpha, weight, draw, .. } = self.knobs;
+        let Knobs { budget, alpha, weight, draw, max_px, .. } = self.knobs;
         DetailPlan {
             budget: Some(budget),
             alpha,
             weight,
             draw,
+            max_px,
             lod_depths_m: self.lod_depths_m,
             technique_is_given: true,
         }

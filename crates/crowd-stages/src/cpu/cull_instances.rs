@@ -53,6 +53,8 @@ fn cull(data: &CrowdData, instance: &InstanceRecord, config: &FrameConfig) -> Cu
         let detail = data.characters[instance.character as usize].vertex_count as f32;
         libm::powf((area_px2 / nearest).max(1e-12), config.inverse_alpha)
             * libm::powf(detail.max(1.0), 1.0 - config.inverse_alpha)
+    } else if config.weight == Weight::Error as u32 {
+        config.focal_px * instance.scale / nearest
     } else {
         libm::powf(area_px2.max(1e-12), config.inverse_alpha)
     };

@@ -1,7 +1,7 @@
 //! The budget is spent: water rises over the crowd until its vertices are N.
 
-use crate::dispatch::FILL_CANDIDATES;
-use crate::{CrowdData, CullRecord, FillState, FrameConfig, InstanceRecord, LodChoice, WeightSums};
+use crate::dispatch::{ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT, FILL_CANDIDATES};
+use crate::{CrowdData, CullRecord, FillState, FrameConfig, InstanceRecord, LodChoice, Weight, WeightSums};
 use crowd_pack::{CharacterRecord, LodRecord};
 
 /// Passes of the search.
@@ -19,7 +19,11 @@ const CANDIDATES: usize = FILL_CANDIDATES as usize;
 /// crowd at full detail has more than N vertices and its coarsest levels have not. When those alone exceed N, everyone keeps
 /// just that.
 ///
-/// `lods`: the LOD tables, the data's or those of quantised levels only. `culled`: one per instance. Sets `wanted_count` of
+/// With [`Weight::Error`] the weight is the pixels that a metre takes and the water one over pixels: every instance gets the
+/// coarsest quantised level whose bound is at most `1 / (weight * water)` metres, from the error tables. So one threshold in
+/// pixels holds for all, the smallest that the budget allows (but for full detail, which has no better).
+///
+/// `lods`: the LOD tables, the data's, those of quantised levels only, or [`crate::Buckets::error_lods`]. `culled`: one per instance. Sets `wanted_count` of
 /// `sums` to what Eq. 1 as printed comes to, levels looked up. Returns one choice per instance.
 ///
 /// Paper: Peng 2011 Eq. 1 (§5.1) and Dong 2019 Eq. 1 (§4.1) in their weights. Departs: the papers do not say what becomes of
@@ -35,8 +39,11 @@ pub fn fill_budget(
 ) -> (Vec<LodChoice>, FillState) {
     let level = |i: usize, bits: u32| {
         let CharacterRecord { vertex_count, lod_offset, .. } = data.characters[instances[i].character as usize];
-        let k = (culled[i].weight * f32::from_bits(bits)).min(vertex_count as f32);
-        lods[(lod_offset + k as u32) as usize]
+        let product = culled[i].weight * f32::from_bits(bits);
+        if config.weight == Weight::Error as u32 {
+            return lods[error_entry(instances[i].character, product)];
+        }
+        lods[(lod_offset + product.min(vertex_count as f32) as u32) as usize]
     };
     let visible: Vec<usize> = (0..instances.len()).filter(|i| culled[*i].visible != 0).collect();
     let sum = |bits: u32| visible.iter().fold(0u32, |sum, i| sum.saturating_add(level(*i, bits).vertex_count));
@@ -45,9 +52,11 @@ pub fn fill_budget(
     for pass in 0..FILL_PASSES {
         let counts = fill.candidates.map(sum);
         if pass == 0 {
-            sums.wanted_count = counts[CANDIDATES - 1];
+            let plain = counts[CANDIDATES - 1];
+            sums.wanted_count = if config.weight == Weight::Error as u32 { 0 } else { plain };
         }
         narrow(&mut fill, &counts, config.budget);
+        sums.water_bits = fill.low_bits;
     }
 
     let mut choices = vec![LodChoice::default(); instances.len()];
@@ -60,6 +69,12 @@ pub fn fill_budget(
         choices[i] = LodChoice { vertex_count, triangle_count };
     }
     (choices, fill)
+}
+
+/// Entry of the error tables: 32 for each doubling of one over the metres allowed.
+fn error_entry(character: u32, per_metre: f32) -> usize {
+    let entry = per_metre.to_bits().saturating_sub(ERROR_FIRST_BITS) >> ERROR_SHIFT;
+    (character * ERROR_ENTRIES + entry.min(ERROR_ENTRIES - 1)) as usize
 }
 
 /// The first candidates: powers of two around Eq. 1's height, then the highest, and last Eq. 1's own.

@@ -21,9 +21,9 @@ pub use cull_by_depth::{box_center, cull_by_depth};
 pub use cull_instances::{FLOAT_BOUND, PLANE_BOUND_M, cull_instances, world_sphere};
 pub use fill_budget::{FILL_PASSES, fill_budget};
 pub use fit_budget::fit_budget;
-pub use key_instances::{key_full_detail, key_instances};
+pub use key_instances::{FRACTION_BOUND, key_full_detail, key_instances};
 pub use place_vertices::place_vertices;
-pub use pose_instance::{FramePair, PosedInstance, frame_pair, pose_instance};
+pub use pose_instance::{FramePair, PosedInstance, frame_pair, pose_between, pose_instance};
 pub use reform_triangles::{reform_level, reform_triangles};
 pub use scan_counts::scan_counts;
 pub use select_lod::{QUOTIENT_BOUND, select_lod};
@@ -34,7 +34,7 @@ pub use write_draw_args::write_draw_args;
 
 use crate::{
     Buckets, Capacities, CrowdData, DrawArgs, Fit, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice,
-    discrete_config, overflow,
+    MorphRecord, Weight, WeightSums, discrete_config, overflow,
 };
 use crowd_pack::{CharacterRecord, LodRecord};
 use glam::Vec3;
@@ -44,6 +44,8 @@ use glam::Vec3;
 pub struct CpuFrame {
     /// One per instance.
     pub choices: Vec<LodChoice>,
+    /// One per instance where levels morph; else none.
+    pub morphs: Vec<MorphRecord>,
     /// Sums.
     pub totals: FrameTotals,
 }
@@ -62,7 +64,7 @@ pub struct CpuBuffers {
 }
 
 /// Runs cull, weigh, select and fit for all instances: what to draw, at which level of `lods` (the data's, or those of
-/// [`crate::Buckets::quantized_lods`]), the budget split as `fit` says.
+/// [`crate::Buckets::quantized_lods`]; for [`Weight::Error`] those of [`crate::Buckets::error_lods`]), the budget split as `fit` says.
 ///
 /// `config.instance_count` is ignored; `instances` says it. No buffer can overflow here, so the only bit in the totals is
 /// [`crate::overflow::BUDGET`]. About 3 ms for 30,000 instances on one core.
@@ -76,7 +78,26 @@ pub fn run_selection(
     let unlimited = Capacities { vertex_count: u32::MAX, triangle_count: u32::MAX, ..Default::default() };
     let (choices, bases, end, sums) = select(data, lods, instances, config, fit);
     let (_, totals) = write_draw_args(&choices, &bases, end, &sums, &unlimited, config);
-    CpuFrame { choices, totals }
+    CpuFrame { choices, morphs: Vec::new(), totals }
+}
+
+/// The same of quantised levels, which morph: what [`crate::Technique::Bucketed`] draws unless it is told not to.
+///
+/// `lods`: of [`Buckets::quantized_lods`].
+pub fn run_morphing_selection(
+    data: &CrowdData,
+    buckets: &Buckets,
+    lods: &[LodRecord],
+    instances: &[InstanceRecord],
+    config: &FrameConfig,
+) -> CpuFrame {
+    let frame = run_selection(data, lods, instances, config, Fit::Fill);
+    let culled = cull_instances(data, instances, config);
+    let mut sums = sum_weights(data, instances, &culled);
+    let (choices, fill) = fill_budget(data, lods, instances, &culled, &mut sums, config);
+    let config = FrameConfig { morph: 1, ..*config };
+    let (_, morphs) = key_instances(buckets, instances, &culled, &choices, &fill, &config);
+    CpuFrame { morphs, ..frame }
 }
 
 /// Runs all stages: the levels and the buffers of the draw, as far as `capacities` allow.
@@ -91,7 +112,7 @@ pub fn run_frame(
     let slot_instances = place_vertices(&choices, &bases, capacities);
     let indices = reform_triangles(data, instances, &choices, &bases, capacities);
     let (draw_args, totals) = write_draw_args(&choices, &bases, end, &sums, capacities, config);
-    (CpuFrame { choices, totals }, CpuBuffers { bases, slot_instances, indices, draw_args })
+    (CpuFrame { choices, morphs: Vec::new(), totals }, CpuBuffers { bases, slot_instances, indices, draw_args })
 }
 
 fn select(
@@ -100,7 +121,7 @@ fn select(
     instances: &[InstanceRecord],
     config: &FrameConfig,
     fit: Fit,
-) -> (Vec<LodChoice>, Vec<InstanceBase>, InstanceBase, crate::WeightSums) {
+) -> (Vec<LodChoice>, Vec<InstanceBase>, InstanceBase, WeightSums) {
     let culled = cull_instances(data, instances, config);
     let mut sums = sum_weights(data, instances, &culled);
     let choices = match fit {
@@ -129,7 +150,7 @@ pub fn select_full_detail(data: &CrowdData, instances: &[InstanceRecord], config
     (totals.needed_vertices, totals.needed_triangles) = (totals.vertex_count, totals.triangle_count);
     totals.overflow = if totals.min_vertex_count > config.budget { overflow::BUDGET } else { 0 };
     totals.draw_count = instances.len() as u32;
-    CpuFrame { choices, totals }
+    CpuFrame { choices, morphs: Vec::new(), totals }
 }
 
 /// What [`crate::Technique::Instanced`] draws: the visible instances at full detail.
@@ -170,7 +191,13 @@ fn without_budget(choices: Vec<LodChoice>) -> CpuFrame {
         needed_triangles: end.triangle_base,
         ..Default::default()
     };
-    CpuFrame { choices, totals }
+    CpuFrame { choices, morphs: Vec::new(), totals }
+}
+
+/// One over the height of the water, where that is pixels.
+fn threshold_px(sums: &WeightSums, config: &FrameConfig) -> f32 {
+    let is_error = config.weight == Weight::Error as u32;
+    if is_error { 1.0 / f32::from_bits(sums.water_bits).max(1e-30) } else { 0.0 }
 }
 
 /// Whether an instance's part ends inside both buffers. Ends never decrease, so the kept instances are the first ones.

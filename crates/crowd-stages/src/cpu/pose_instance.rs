@@ -1,7 +1,8 @@
 //! What the vertex shader computes, vertex by vertex: the oracle for images, and the preview without a GPU.
 
+use super::reform_triangles::surviving;
 use super::{reform_level, turn, world_from_local};
-use crate::{CrowdData, InstanceRecord, LodChoice};
+use crate::{CrowdData, InstanceRecord, LodChoice, MorphRecord};
 use crowd_pack::{ClipRecord, VertexRecord, decode_normal};
 use glam::{Vec3, Vec4};
 
@@ -12,6 +13,10 @@ pub struct PosedInstance {
     pub positions: Vec<[f32; 3]>,
     /// World normals, unit.
     pub normals: Vec<[f32; 3]>,
+    /// Texture coordinates.
+    pub uvs: Vec<[f32; 2]>,
+    /// Linear RGBA8.
+    pub colors: Vec<[u8; 4]>,
     /// Reformed triangles, indices below the level's vertex count.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -35,6 +40,23 @@ pub struct FramePair {
 /// Paper: Peng 2011 Eq. 2 (§5.3), Dong 2019 Eq. 2. Departs: inverse bind matrices are multiplied in beforehand, and frames are
 /// interpolated; the papers show the nearest one. Twin: `shaders/shared/skin.wgsl`.
 pub fn pose_instance(data: &CrowdData, instance: &InstanceRecord, choice: LodChoice, time_s: f32) -> PosedInstance {
+    let at_home = MorphRecord { coarser_vertex_count: choice.vertex_count, fraction: 1.0 };
+    pose_between(data, instance, choice, at_home, time_s)
+}
+
+/// The same between two levels: a vertex that the coarser one lacks comes from where that has it, by `morph.fraction`, with its
+/// normal, texture coordinates and colour.
+///
+/// Both places are skinned, so at 0 the surface is that of the coarser level in every pose. Seam partners collapse together
+/// (Peng 2011 §4.2), so they move together. Paper: none of ours; geomorphs as in Hoppe 1996. Twin: `bucketed_morphing` in
+/// `shaders/draw/crowd.wgsl`.
+pub fn pose_between(
+    data: &CrowdData,
+    instance: &InstanceRecord,
+    choice: LodChoice,
+    morph: MorphRecord,
+    time_s: f32,
+) -> PosedInstance {
     let character = &data.characters[instance.character as usize];
     let palette = blend_palette(data, instance, time_s);
     let first = character.vertex_offset as usize;
@@ -42,6 +64,8 @@ pub fn pose_instance(data: &CrowdData, instance: &InstanceRecord, choice: LodCho
     let mut posed = PosedInstance {
         positions: Vec::with_capacity(vertices.len()),
         normals: Vec::with_capacity(vertices.len()),
+        uvs: vertices.iter().map(|vertex| vertex.uv).collect(),
+        colors: vertices.iter().map(|vertex| vertex.color.to_le_bytes()).collect(),
         triangles: reform_level(data, character, choice),
     };
     for vertex in vertices {
@@ -53,7 +77,33 @@ pub fn pose_instance(data: &CrowdData, instance: &InstanceRecord, choice: LodCho
         posed.positions.push(world_from_local(instance, local).to_array());
         posed.normals.push(turn(instance.yaw_rad, turned).normalize_or(Vec3::Y).to_array());
     }
+    if morph.fraction < 1.0 {
+        let collapse_map = &data.collapse_map[first..first + vertices.len()];
+        for v in morph.coarser_vertex_count as usize..vertices.len() {
+            let origin = surviving(collapse_map, v as u32, morph.coarser_vertex_count) as usize;
+            posed.move_from(origin, v, morph.fraction);
+        }
+    }
     posed
+}
+
+impl PosedInstance {
+    /// Moves vertex `v` back towards `origin`, which stays.
+    fn move_from(&mut self, origin: usize, v: usize, fraction: f32) {
+        let mix = |a: f32, b: f32| a * (1.0 - fraction) + b * fraction;
+        for axis in 0..3 {
+            self.positions[v][axis] = mix(self.positions[origin][axis], self.positions[v][axis]);
+            self.normals[v][axis] = mix(self.normals[origin][axis], self.normals[v][axis]);
+        }
+        self.normals[v] = Vec3::from_array(self.normals[v]).normalize_or(Vec3::Y).to_array();
+        for axis in 0..2 {
+            self.uvs[v][axis] = mix(self.uvs[origin][axis], self.uvs[v][axis]);
+        }
+        for channel in 0..4 {
+            let mixed = mix(f32::from(self.colors[origin][channel]), f32::from(self.colors[v][channel]));
+            self.colors[v][channel] = (mixed + 0.5) as u8;
+        }
+    }
 }
 
 /// Where in its clip an instance is: `t = (time + phase) mod duration`, `frame = t / duration * (frames - 1)`.

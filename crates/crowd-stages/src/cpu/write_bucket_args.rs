@@ -1,5 +1,6 @@
 //! One indirect draw a bucket, and what the frame came to.
 
+use super::threshold_px;
 use crate::{BucketRange, BucketRecord, Buckets, DrawArgs, DrawCounts, FrameConfig, FrameTotals, WeightSums, overflow};
 
 /// Arguments of the indirect draws, how many of them draw anything, and the frame's totals.
@@ -23,6 +24,7 @@ pub fn write_bucket_args(
     let mut totals = FrameTotals {
         min_vertex_count: sums.min_vertex_count,
         wanted_count: sums.wanted_count,
+        threshold_px: threshold_px(sums, config),
         overflow: if sums.min_vertex_count > config.budget { overflow::BUDGET } else { 0 },
         ..Default::default()
     };

@@ -1,6 +1,6 @@
 //! What the one draw call draws, and what the frame came to.
 
-use super::is_kept;
+use super::{is_kept, threshold_px};
 use crate::{Capacities, DrawArgs, FrameConfig, FrameTotals, InstanceBase, LodChoice, WeightSums, overflow};
 
 /// Arguments of the one indexed indirect draw, and the frame's totals with overflow bits.
@@ -42,7 +42,8 @@ pub fn write_draw_args(
         needed_triangles: end.triangle_base,
         draw_count: u32::from(drawn.triangle_base > 0),
         wanted_count: sums.wanted_count,
-        reserved: [0; 3],
+        threshold_px: threshold_px(sums, config),
+        reserved: [0; 2],
     };
     (args, totals)
 }

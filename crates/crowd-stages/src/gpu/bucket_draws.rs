@@ -4,13 +4,14 @@ use super::renderer::RendererOptions;
 use super::stage_recorder::StageRecorder;
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use super::{KeyInstances, SortInstances, WriteBucketArgs};
-use crate::{BucketRange, DrawArgs, DrawCounts, Result, SortPass};
+use crate::{BucketRange, DrawArgs, DrawCounts, MorphRecord, Result, SortPass};
 use std::mem::size_of;
 use wgpu::BufferUsages as Usage;
 
 /// Stages from levels to draw arguments, and the draws.
 pub(crate) struct BucketDraws {
     keys: wgpu::Buffer,
+    morphs: wgpu::Buffer,
     sorted_keys: wgpu::Buffer,
     sorted: wgpu::Buffer,
     draw_args: wgpu::Buffer,
@@ -42,6 +43,7 @@ impl BucketDraws {
         let bucket_count = tables.counts.bucket_count;
         let digit_words = SortInstances::digit_count_words(options.max_instances);
         let keys = up.empty::<u32>("keys", n, written, fewer)?;
+        let morphs = up.empty::<MorphRecord>("morphs", n, written, fewer)?;
         // One pair of buffers for each pass but the first, which reads the keys: two are enough.
         let pair = |up: &mut Uploader<'_>| -> Result<[wgpu::Buffer; 2]> {
             Ok([up.empty::<u32>("sorted keys", n, written, fewer)?, up.empty::<u32>("sorted", n, written, fewer)?])
@@ -76,7 +78,9 @@ impl BucketDraws {
             &tables.buckets,
             &f.culled,
             &f.choices,
+            &f.fill,
             &keys,
+            &morphs,
         );
         let write = WriteBucketArgs::new(up.device);
         let write_bound = write.bind(
@@ -93,6 +97,7 @@ impl BucketDraws {
         );
         Ok(Self {
             keys,
+            morphs,
             sorted_keys,
             sorted,
             draw_args,
@@ -110,6 +115,11 @@ impl BucketDraws {
     /// Instances in the order of their buckets.
     pub(crate) fn sorted(&self) -> &wgpu::Buffer {
         &self.sorted
+    }
+
+    /// How far each instance's level is on its way; written with the keys of levels.
+    pub(crate) fn morphs(&self) -> &wgpu::Buffer {
+        &self.morphs
     }
 
     /// For a stage that writes the keys itself.
@@ -161,6 +171,7 @@ impl BucketDraws {
     pub(crate) fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
         match name {
             "keys" => Some(&self.keys),
+            "morphs" => Some(&self.morphs),
             "sorted_keys" => Some(&self.sorted_keys),
             "sorted_values" => Some(&self.sorted),
             "draw_args" => Some(&self.draw_args),

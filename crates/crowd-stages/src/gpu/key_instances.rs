@@ -15,7 +15,18 @@ impl KeyInstances {
 
     /// Compiles the stage.
     pub fn new(device: &wgpu::Device) -> Self {
-        let uses = [Use::Uniform, Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Read, Use::Read, Use::Write];
+        let uses = [
+            Use::Uniform,
+            Use::Uniform,
+            Use::Read,
+            Use::Read,
+            Use::Read,
+            Use::Read,
+            Use::Read,
+            Use::Read,
+            Use::Write,
+            Use::Write,
+        ];
         let entry_points = ["key_levels", "key_full_detail"];
         Self { kernel: Kernel::new(device, "key_instances", Self::source(), &entry_points, &uses) }
     }
@@ -31,9 +42,14 @@ impl KeyInstances {
         buckets: &wgpu::Buffer,
         culled: &wgpu::Buffer,
         choices: &wgpu::Buffer,
+        fill: &wgpu::Buffer,
         keys: &wgpu::Buffer,
+        morphs: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
-        self.kernel.bind(device, &[config, bucket_counts, instances, bucket_sets, buckets, culled, choices, keys])
+        self.kernel.bind(
+            device,
+            &[config, bucket_counts, instances, bucket_sets, buckets, culled, choices, fill, keys, morphs],
+        )
     }
 
     /// Records the dispatch for that many instances: the buckets of the levels chosen.

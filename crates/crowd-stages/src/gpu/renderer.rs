@@ -7,7 +7,9 @@ use super::stage_recorder::StageRecorder;
 use super::techniques::{self, Floor, FrameContext, Painter, Workshop};
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
-use crate::{CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceRecord, Result, Technique};
+use crate::{
+    CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceRecord, Result, Technique, Weight,
+};
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
 use std::time::{Duration, Instant};
@@ -180,13 +182,17 @@ impl CrowdRenderer {
     ) -> Result<()> {
         let options = DrawOptions { technique: Technique::StaticFloor, ..options.into() };
         self.prepare(device, queue, options.technique)?;
-        let config = FrameConfig { instance_count: self.instance_characters.len() as u32, ..*config };
+        let config = self.complete(config, &options);
         queue.write_buffer(&self.frame.config, 0, bytemuck::bytes_of(&config));
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("bake floor") });
-        self.selection.record(&mut StageRecorder::new(&mut encoder, None), config.instance_count, &options);
+        self.selection.record(&mut StageRecorder::new(&mut encoder, None), &config, &options);
         let choices = read_back::read_now(device, queue, encoder, &self.frame.choices, instances.len())?;
+        let encoder = device.create_command_encoder(&Default::default());
+        let culled = read_back::read_now(device, queue, encoder, &self.frame.culled, instances.len())?;
+        let encoder = device.create_command_encoder(&Default::default());
+        let fill = read_back::read_now(device, queue, encoder, &self.frame.fill, 1)?;
         let mut up = Uploader { device, queue, bytes: 0 };
-        let floor = Floor::bake(&mut up, data, instances, &choices, &config)?;
+        let floor = Floor::bake(&mut up, data, instances, &culled, &choices, &fill[0], &config)?;
         let painter = self.painters[options.technique.number()].as_mut().expect("prepared above");
         painter.lay_floor(floor);
         self.buffer_bytes -= self.floor_bytes;
@@ -217,7 +223,7 @@ impl CrowdRenderer {
         let options = options.into();
         self.prepare(device, queue, options.technique)?;
         self.draw.fit_targets(device, size)?;
-        let config = FrameConfig { instance_count: self.instance_characters.len() as u32, ..*config };
+        let config = self.complete(config, &options);
         let clip_from_world = Mat4::from_cols_array_2d(&config.clip_from_world);
         let draw_config = DrawConfig::new(&clip_from_world, size.0, size.1, self.layer_side);
         queue.write_buffer(&self.frame.config, 0, bytemuck::bytes_of(&config));
@@ -245,6 +251,13 @@ impl CrowdRenderer {
         let known_totals = painter.known_totals(&context);
         self.read_back.record(device, encoder, &self.frame.totals, known_totals, clock, names);
         Ok(())
+    }
+
+    fn complete(&self, config: &FrameConfig, options: &DrawOptions) -> FrameConfig {
+        let instance_count = self.instance_characters.len() as u32;
+        // Levels by error have no water between them to morph by.
+        let morphs = options.morphs() && config.weight != Weight::Error as u32;
+        FrameConfig { instance_count, morph: morphs.into(), ..*config }
     }
 
     /// Totals of the newest finished frame, without waiting (`wait`: until the last submitted one is done).

@@ -3,7 +3,7 @@
 use super::stage_recorder::StageRecorder;
 use super::upload::{CrowdBuffers, FrameBuffers};
 use super::{CullInstances, FillBudget, FitBudget, SelectLod, SumWeights};
-use crate::{DrawOptions, Fit, Levels};
+use crate::{DrawOptions, Fit, FrameConfig, Levels, Weight};
 
 /// The shared stages with their buffers bound.
 pub(crate) struct Selection {
@@ -13,6 +13,7 @@ pub(crate) struct Selection {
     fill_budget: FillBudget,
     fill_continuous: wgpu::BindGroup,
     fill_quantized: wgpu::BindGroup,
+    fill_by_error: wgpu::BindGroup,
     fit_budget: FitBudget,
     fit_continuous: wgpu::BindGroup,
     fit_quantized: wgpu::BindGroup,
@@ -39,6 +40,7 @@ impl Selection {
             fill.bind(device, config, &f.instances, characters, lods, &f.culled, counts, &f.fill, &f.sums, &f.choices)
         };
         let (fill_continuous, fill_quantized) = (fill_to(&c.lods), fill_to(&c.quantized_lods));
+        let fill_by_error = fill_to(&c.error_lods);
         Self {
             cull_instances: (cull, cull_bound),
             sum_weights: (sum, sum_bound),
@@ -46,6 +48,7 @@ impl Selection {
             fill_budget: fill,
             fill_continuous,
             fill_quantized,
+            fill_by_error,
             fit_budget: fit,
             fit_continuous,
             fit_quantized,
@@ -58,14 +61,17 @@ impl Selection {
     }
 
     /// Everything up to one level for each instance.
-    pub(crate) fn record(&self, recorder: &mut StageRecorder<'_>, count: u32, options: &DrawOptions) {
+    pub(crate) fn record(&self, recorder: &mut StageRecorder<'_>, config: &FrameConfig, options: &DrawOptions) {
+        let count = config.instance_count;
+        let by_error = config.weight == Weight::Error as u32;
         self.record_culling(recorder, count);
         recorder.stage("sum_weights", |pass| self.sum_weights.0.record(pass, &self.sum_weights.1, count));
         let (fill, fit) = match options.levels() {
             Levels::Continuous => (&self.fill_continuous, &self.fit_continuous),
             Levels::Quantized => (&self.fill_quantized, &self.fit_quantized),
         };
-        if options.fit == Fit::Fill {
+        if options.fit == Fit::Fill || by_error {
+            let fill = if by_error { &self.fill_by_error } else { fill };
             recorder.stage("fill_budget", |pass| self.fill_budget.record(pass, fill, count));
             return;
         }

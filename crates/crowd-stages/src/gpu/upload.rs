@@ -199,6 +199,8 @@ pub(crate) struct CrowdBuffers {
     pub(crate) lods: wgpu::Buffer,
     /// The same of quantised levels only.
     pub(crate) quantized_lods: wgpu::Buffer,
+    /// Of quantised levels by their errors.
+    pub(crate) error_lods: wgpu::Buffer,
     pub(crate) tables: LevelTables,
     pub(crate) clips: wgpu::Buffer,
     pub(crate) materials: wgpu::Buffer,
@@ -218,6 +220,7 @@ impl CrowdBuffers {
             collapse_map: up.filled("bytes of the collapse map", &data.collapse_map, Usage::STORAGE, fewer)?,
             lods: up.filled("bytes of the LOD tables", &data.lods, Usage::STORAGE, fewer)?,
             quantized_lods: up.filled("bytes of the quantised LOD tables", &quantized_lods, Usage::STORAGE, fewer)?,
+            error_lods: up.filled("bytes of the error tables", &buckets.error_lods(), Usage::STORAGE, fewer)?,
             tables: LevelTables::new(up, data, &buckets)?,
             clips: up.filled("bytes of clips", &data.clips, Usage::STORAGE, fewer)?,
             materials: up.filled("bytes of materials", &data.materials, Usage::STORAGE, fewer)?,

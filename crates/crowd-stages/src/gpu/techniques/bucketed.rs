@@ -5,10 +5,11 @@ use crate::Result;
 use crate::gpu::bucket_draws::BucketDraws;
 use crate::gpu::stage_recorder::StageRecorder;
 
-/// The buckets' draws, keyed by the levels that the budget allows.
+/// The buckets' draws, keyed by the levels that the budget allows; their vertices may move between levels.
 pub(crate) struct Bucketed {
     draws: BucketDraws,
     pipeline: wgpu::RenderPipeline,
+    morphing: wgpu::RenderPipeline,
     bound: wgpu::BindGroup,
 }
 
@@ -16,21 +17,21 @@ impl Bucketed {
     pub(crate) fn new(workshop: Workshop<'_, '_>) -> Result<Self> {
         let Workshop { up, crowd, frame, draw, options } = workshop;
         let draws = BucketDraws::new(up, crowd, frame, options, &frame.sums)?;
-        let bound = draw.bind(crowd, frame, draws.sorted(), &frame.bases_of_none);
-        Ok(Self { draws, pipeline: draw.pipeline("bucketed"), bound })
+        let bound = draw.bind_morphing(crowd, frame, draws.sorted(), &frame.bases_of_none, draws.morphs());
+        Ok(Self { draws, pipeline: draw.pipeline("bucketed"), morphing: draw.pipeline("bucketed_morphing"), bound })
     }
 }
 
 impl Painter for Bucketed {
     fn record_stages(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
         let count = context.config.instance_count;
-        context.selection.record(recorder, count, &context.options);
+        context.selection.record(recorder, context.config, &context.options);
         self.draws.record_keys(recorder, count);
         self.draws.record_sort(recorder, count);
     }
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {
-        pass.set_pipeline(&self.pipeline);
+        pass.set_pipeline(if context.config.morph == 1 { &self.morphing } else { &self.pipeline });
         pass.set_bind_group(0, &self.bound, &[]);
         self.draws.draw(pass, context.crowd);
     }

@@ -86,7 +86,7 @@ impl Reform {
 impl Painter for Reform {
     fn record_stages(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
         let count = context.config.instance_count;
-        context.selection.record(recorder, count, &context.options);
+        context.selection.record(recorder, context.config, &context.options);
         recorder.stage("scan_counts", |pass| self.scan_counts.0.record(pass, &self.scan_counts.1, count));
         recorder.stage("place_vertices", |pass| self.place_vertices.0.record(pass, &self.place_vertices.1, count));
         recorder

@@ -1,10 +1,12 @@
 //! B4: the very triangles that the bucketed technique would draw, placed beforehand: what drawing alone costs.
 
 use super::{FrameContext, Painter, Workshop};
-use crate::cpu::{pose_instance, scan_counts};
+use crate::cpu::{key_instances, pose_between, scan_counts};
 use crate::gpu::stage_recorder::StageRecorder;
 use crate::gpu::upload::Uploader;
-use crate::{Buckets, CrowdData, FrameConfig, FrameTotals, InstanceRecord, LodChoice, Result};
+use crate::{
+    Buckets, CrowdData, CullRecord, FillState, FrameConfig, FrameTotals, InstanceRecord, LodChoice, MorphRecord, Result,
+};
 use bytemuck::{Pod, Zeroable};
 use crowd_pack::encode_normal;
 use rayon::prelude::*;
@@ -34,14 +36,17 @@ impl Floor {
         up: &mut Uploader<'_>,
         data: &CrowdData,
         instances: &[InstanceRecord],
+        culled: &[CullRecord],
         choices: &[LodChoice],
+        fill: &FillState,
         config: &FrameConfig,
     ) -> Result<Self> {
         let buckets = Buckets::of(data)?;
+        let (_, morphs) = key_instances(&buckets, instances, culled, choices, fill, config);
         let (bases, end) = scan_counts(choices);
         let drawn: Vec<usize> = (0..choices.len()).filter(|i| choices[*i].vertex_count > 0).collect();
         let vertices: Vec<Vec<FloorVertex>> =
-            drawn.par_iter().map(|i| place(data, &instances[*i], choices[*i], config.time_s)).collect();
+            drawn.par_iter().map(|i| place(data, &instances[*i], choices[*i], morphs[*i], config.time_s)).collect();
         let corners = drawn.iter().flat_map(|i| {
             let bucket = buckets.fitting(instances[*i].character, choices[*i].vertex_count);
             let base = bases[*i].vertex_base;
@@ -66,18 +71,24 @@ impl Floor {
     }
 }
 
-fn place(data: &CrowdData, instance: &InstanceRecord, choice: LodChoice, time_s: f32) -> Vec<FloorVertex> {
+fn place(
+    data: &CrowdData,
+    instance: &InstanceRecord,
+    choice: LodChoice,
+    morph: MorphRecord,
+    time_s: f32,
+) -> Vec<FloorVertex> {
     let character = &data.characters[instance.character as usize];
-    let posed = pose_instance(data, instance, choice, time_s);
+    let posed = pose_between(data, instance, choice, morph, time_s);
     let records = &data.vertices[character.vertex_offset as usize..][..choice.vertex_count as usize];
-    let vertex = |((record, position), normal): ((&crowd_pack::VertexRecord, &[f32; 3]), &[f32; 3])| FloorVertex {
-        position: *position,
-        normal_oct: encode_normal(*normal),
-        uv: record.uv,
-        color: record.color,
+    let vertex = |(v, record): (usize, &crowd_pack::VertexRecord)| FloorVertex {
+        position: posed.positions[v],
+        normal_oct: encode_normal(posed.normals[v]),
+        uv: posed.uvs[v],
+        color: u32::from_le_bytes(posed.colors[v]),
         material: character.material_offset + (record.material_class & 0xffff),
     };
-    records.iter().zip(&posed.positions).zip(&posed.normals).map(vertex).collect()
+    records.iter().enumerate().map(vertex).collect()
 }
 
 /// Draws a floor once it has one.
