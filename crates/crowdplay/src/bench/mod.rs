@@ -35,7 +35,10 @@ pub fn run(asked: &Asked, stdout: &mut dyn Write, talk: &mut Talk<'_>) -> Result
         text.push(b'\n');
         write_to(path, &text, stdout)?;
     }
-    if words.csv.is_none() && words.json.is_none() {
+    if let Some(path) = &words.markdown {
+        write_to(path, report.to_markdown(&asked.typed).as_bytes(), stdout)?;
+    }
+    if words.csv.is_none() && words.json.is_none() && words.markdown.is_none() {
         write_stdout(stdout, report.to_table().as_bytes())?;
     }
     for judged in &report.conditions {

@@ -125,6 +125,49 @@ impl BenchReport {
         csv
     }
 
+    /// A page for documentation: what was measured, how, and what came out.
+    pub fn to_markdown(&self, command: &str) -> String {
+        let [width, height] = self.size;
+        let Adapter { name, backend, driver, driver_version, .. } = &self.adapter;
+        let mut out = format!(
+            "# Benchmarks: drawing a crowd\n\nMade by `{command}`; do not edit by hand. {name} ({backend}, {driver} {driver_version}), \
+             {width} x {height} pixels, {} sample(s) a pixel, {} frames of each technique in turn after {} that do not count. \
+             Times are medians, milliseconds; *ratio* is to the first technique, *LOD* is everything on the GPU before the draw, *LOD %* its \
+             part of the GPU's time, *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone).\n\n",
+            self.samples, self.rounds, self.warm_up
+        );
+        out.push_str("| instances | technique | frame ms | p95 | ratio | LOD ms | LOD % | visible | triangles | vertices | draws | image |\n");
+        out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+        for row in &self.rows {
+            let _ = writeln!(
+                out,
+                "| {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {:.4} |",
+                row.count,
+                row.technique,
+                row.frame_ms.median,
+                row.frame_ms.p95,
+                row.frame_ratio,
+                number(row.lod_ms, 3),
+                number(row.lod_share.map(|share| share * 100.0), 2),
+                row.visible,
+                row.triangles,
+                row.vertices,
+                row.draws,
+                row.image_rmse
+            );
+        }
+        if !self.conditions.is_empty() {
+            out.push_str("\n| condition | instances | found | holds |\n|---|---|---|---|\n");
+        }
+        for Judged { condition, count, found, holds } in &self.conditions {
+            let _ = writeln!(out, "| {condition} | {count} | {found:.4} | {} |", if *holds { "yes" } else { "NO" });
+        }
+        for warning in &self.warnings {
+            let _ = write!(out, "\n{warning}\n");
+        }
+        out
+    }
+
     /// A table for people.
     pub fn to_table(&self) -> String {
         let [width, height] = self.size;
@@ -149,7 +192,6 @@ impl BenchReport {
             "draws",
             "image"
         );
-        let number = |value: Option<f32>, digits: usize| value.map_or("-".to_owned(), |v| format!("{v:.digits$}"));
         for row in &self.rows {
             let _ = writeln!(
                 out,
@@ -171,6 +213,11 @@ impl BenchReport {
         }
         out
     }
+}
+
+/// A number with so many digits, or a dash for what was not measured.
+fn number(value: Option<f32>, digits: usize) -> String {
+    value.map_or("-".to_owned(), |v| format!("{v:.digits$}"))
 }
 
 #[cfg(test)]
@@ -207,6 +254,20 @@ mod tests {
         assert_eq!(lines.len(), 3);
         assert!(lines.iter().all(|line| columns(line) == COLUMNS.matches(',').count()), "{csv}");
         assert!(lines[1].starts_with("\"card, fast\",") && lines[1].contains("\"a,\"\"b\"\".crowdpack\""), "{csv}");
+    }
+
+    #[test]
+    fn the_page_names_its_command_its_machine_and_what_was_missed() {
+        let mut report = report();
+        let judged = |holds| Judged { condition: "b0 <= 1".to_owned(), count: 8, found: 2.0, holds };
+        report.conditions = vec![judged(true), judged(false)];
+        let page = report.to_markdown("crowdplay bench x");
+        for word in ["`crowdplay bench x`", "card, fast", "64 x 32", "| b0 <= 1 | 8 | 2.0000 | NO |", "| bucketed |"] {
+            assert!(page.contains(word), "no {word} in\n{page}");
+        }
+        let columns: Vec<usize> =
+            page.lines().filter(|line| line.starts_with("| ")).take(3).map(|line| line.matches('|').count()).collect();
+        assert_eq!(columns, [13; 3], "{page}");
     }
 
     #[test]

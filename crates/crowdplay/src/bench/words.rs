@@ -8,7 +8,7 @@ use clap::parser::ValueSource;
 use clap::{Args as _, CommandFactory, FromArgMatches, ValueHint};
 use crowd_stages::Technique;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The first word that asks for a bench.
 pub const NAME: &str = "bench";
@@ -66,9 +66,20 @@ pub struct BenchWords {
     #[arg(long, value_name = "JSON", value_hint = ValueHint::FilePath, help_heading = "Bench")]
     pub json: Option<PathBuf>,
 
+    /// A page with a table, for documentation; - for standard output
+    #[arg(long, value_name = "MD", value_hint = ValueHint::FilePath, help_heading = "Bench")]
+    pub markdown: Option<PathBuf>,
+
     /// A condition that must hold, or exit code 4; may be given several times
     #[arg(long, value_name = "CONDITION", help_heading = "Bench")]
     pub assert: Vec<Condition>,
+}
+
+impl BenchWords {
+    /// Where its outputs go, if asked for.
+    fn outputs(&self) -> [(&'static str, Option<&PathBuf>); 3] {
+        [("--csv", self.csv.as_ref()), ("--json", self.json.as_ref()), ("--markdown", self.markdown.as_ref())]
+    }
 }
 
 /// A bench as asked for.
@@ -82,6 +93,8 @@ pub struct Asked {
     pub counts: Vec<u32>,
     /// Say nothing but errors.
     pub quiet: bool,
+    /// The words as typed, for the page.
+    pub typed: String,
 }
 
 /// The words for clap: the player's without those that make no sense here, and the bench's.
@@ -103,19 +116,21 @@ pub fn command() -> clap::Command {
 /// # Errors
 /// Clap's, for words it does not know.
 pub fn parse(words: impl IntoIterator<Item = OsString>) -> std::result::Result<Result<Asked>, clap::Error> {
+    let words: Vec<OsString> = words.into_iter().collect();
+    let typed: Vec<String> = words.iter().map(|word| quoted(&word.to_string_lossy())).collect();
     let matches = command().try_get_matches_from(words)?;
     let mut args = Args::from_arg_matches(&matches)?;
     let words = BenchWords::from_arg_matches(&matches)?;
-    let typed = |id: &&'static str| matches.value_source(id) == Some(ValueSource::CommandLine);
-    if let Some(id) = FOREIGN.into_iter().find(typed) {
+    let was_typed = |id: &&'static str| matches.value_source(id) == Some(ValueSource::CommandLine);
+    if let Some(id) = FOREIGN.into_iter().find(was_typed) {
         let what = format!("--{} is a word of the player, not of bench\n", id.replace('_', "-"));
         return Err(command().error(clap::error::ErrorKind::ArgumentConflict, what));
     }
     args.headless = true;
-    Ok(decide(&args, words))
+    Ok(decide(&args, words, format!("crowdplay {}", typed.join(" "))))
 }
 
-fn decide(args: &Args, words: BenchWords) -> Result<Asked> {
+fn decide(args: &Args, words: BenchWords, typed: String) -> Result<Asked> {
     for (i, technique) in words.ab.iter().enumerate() {
         if words.ab[..i].contains(technique) {
             return Err(refused("--ab", format!("{technique} twice"), "each technique once"));
@@ -126,18 +141,24 @@ fn decide(args: &Args, words: BenchWords) -> Result<Asked> {
             return Err(refused("--assert", format!("{missing} in {condition:?}"), "techniques of --ab"));
         }
     }
-    let to_stdout = [&words.csv, &words.json].into_iter().flatten().filter(|path| *path == Path::new("-"));
-    if to_stdout.count() > 1 || (words.csv.is_some() && words.csv == words.json) {
-        return Err(refused("--json", "the place of --csv".to_owned(), "a place of its own"));
+    let outputs: Vec<(&'static str, &PathBuf)> =
+        words.outputs().into_iter().filter_map(|(option, path)| Some((option, path?))).collect();
+    for (i, (option, path)) in outputs.iter().enumerate() {
+        if let Some((other, _)) = outputs[..i].iter().find(|(_, taken)| taken == path) {
+            return Err(refused(option, format!("{}, the place of {other}", path.display()), "a place of its own"));
+        }
     }
     let counts = if words.counts.is_empty() { vec![args.count] } else { words.counts.clone() };
     let plan = plan::plan(args)?;
-    for (option, path) in [("--csv", &words.csv), ("--json", &words.json)] {
-        if let Some(path) = path {
-            crate::output_paths::refuse_inputs(&plan, option, path)?;
-        }
+    for (option, path) in outputs {
+        crate::output_paths::refuse_inputs(&plan, option, path)?;
     }
-    Ok(Asked { plan, counts, quiet: args.quiet, words })
+    Ok(Asked { plan, counts, quiet: args.quiet, typed, words })
+}
+
+/// As one would type it into a shell.
+fn quoted(word: &str) -> String {
+    if word.contains([' ', '<', '>', '*']) { format!("'{word}'") } else { word.to_owned() }
 }
 
 fn refused(option: &'static str, found: String, allowed: &str) -> Error {
