@@ -58,6 +58,11 @@ impl GpuBackend {
         self.renderer.timings_ms()
     }
 
+    /// Vertex shader runs of the newest frame's crowd, where the adapter counts them.
+    pub fn vertex_runs(&mut self) -> Option<u64> {
+        self.renderer.vertex_runs()
+    }
+
     /// Bytes of GPU memory.
     pub fn gpu_bytes(&self) -> u64 {
         self.renderer.gpu_bytes()

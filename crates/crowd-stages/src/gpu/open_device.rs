@@ -35,6 +35,7 @@ pub fn open_device() -> Result<(wgpu::Device, wgpu::Queue, wgpu::AdapterInfo)> {
 /// What the renderer uses where it is there. The bucketed technique needs `INDIRECT_FIRST_INSTANCE`, nothing needs the others.
 pub fn wanted_features() -> wgpu::Features {
     wgpu::Features::TIMESTAMP_QUERY
+        | wgpu::Features::PIPELINE_STATISTICS_QUERY
         | wgpu::Features::INDIRECT_FIRST_INSTANCE
         | wgpu::Features::MULTI_DRAW_INDIRECT_COUNT
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 const TOTALS_BYTES: u64 = size_of::<FrameTotals>() as u64;
+const RUNS_BYTES: u64 = size_of::<u64>() as u64;
 /// Frames under way that are remembered; older ones are forgotten.
 const MAX_SLOTS: usize = 4;
 
@@ -55,11 +56,52 @@ impl StageClock {
     }
 }
 
+/// Counts the vertex shader's runs of the crowd's draws, as the adapter does: what reuse of vertices is left over is in it.
+pub(crate) struct RunCounter {
+    pub(crate) queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+}
+
+impl RunCounter {
+    /// `None` where the device has no pipeline statistics.
+    pub(crate) fn new(device: &wgpu::Device) -> Option<Self> {
+        if !device.features().contains(wgpu::Features::PIPELINE_STATISTICS_QUERY) {
+            return None;
+        }
+        let label = Some("vertex shader runs");
+        let ty = wgpu::QueryType::PipelineStatistics(wgpu::PipelineStatisticsTypes::VERTEX_SHADER_INVOCATIONS);
+        Some(Self {
+            queries: device.create_query_set(&wgpu::QuerySetDescriptor { label, ty, count: 1 }),
+            resolved: device.create_buffer(&wgpu::BufferDescriptor {
+                label,
+                size: RUNS_BYTES,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            }),
+        })
+    }
+}
+
+/// What measures a frame, as far as the device offers it.
+#[derive(Default)]
+pub(crate) struct Meters {
+    pub(crate) clock: Option<StageClock>,
+    pub(crate) runs: Option<RunCounter>,
+}
+
+impl Meters {
+    fn stamp_bytes(&self) -> u64 {
+        self.clock.as_ref().map_or(0, |clock| clock.resolved.size())
+    }
+}
+
 /// What came back of the newest finished frame.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Arrived {
     pub(crate) totals: Option<FrameTotals>,
     pub(crate) timings_ms: Vec<(&'static str, f32)>,
+    /// Runs of the vertex shader over the crowd.
+    pub(crate) vertex_runs: Option<u64>,
 }
 
 #[derive(Default)]
@@ -80,15 +122,21 @@ impl ReadBack {
         encoder: &mut wgpu::CommandEncoder,
         totals: &wgpu::Buffer,
         known_totals: Option<FrameTotals>,
-        clock: Option<&StageClock>,
+        meters: &Meters,
         stages: Vec<&'static str>,
     ) {
-        let mut slot = self.take_slot(device, clock);
+        let mut slot = self.take_slot(device, meters);
+        let clock = meters.clock.as_ref();
         encoder.copy_buffer_to_buffer(totals, 0, &slot.buffer, 0, TOTALS_BYTES);
         if let Some(clock) = clock {
             let stamps = stages.len() as u32 + 1;
             encoder.resolve_query_set(&clock.queries, 0..stamps, &clock.resolved, 0);
             encoder.copy_buffer_to_buffer(&clock.resolved, 0, &slot.buffer, TOTALS_BYTES, u64::from(stamps) * 8);
+        }
+        if let Some(runs) = &meters.runs {
+            encoder.resolve_query_set(&runs.queries, 0..1, &runs.resolved, 0);
+            let end = TOTALS_BYTES + meters.stamp_bytes();
+            encoder.copy_buffer_to_buffer(&runs.resolved, 0, &slot.buffer, end, RUNS_BYTES);
         }
         self.next_frame += 1;
         slot.frame = self.next_frame;
@@ -103,17 +151,16 @@ impl ReadBack {
     }
 
     /// A free slot, or a new one; a slot whose frame was never submitted is forgotten in time.
-    fn take_slot(&mut self, device: &wgpu::Device, clock: Option<&StageClock>) -> Slot {
+    fn take_slot(&mut self, device: &wgpu::Device, meters: &Meters) -> Slot {
         if let Some(free) = self.slots.iter().position(|slot| slot.state.load(Ordering::Acquire) == FREE) {
             return self.slots.remove(free);
         }
         if self.slots.len() >= MAX_SLOTS {
             self.slots.remove(0);
         }
-        let stamps = clock.map_or(0, |clock| clock.resolved.size());
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read back"),
-            size: TOTALS_BYTES + stamps,
+            size: TOTALS_BYTES + meters.stamp_bytes() + RUNS_BYTES,
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -128,7 +175,7 @@ impl ReadBack {
     }
 
     /// Takes in what has arrived and gives the newest.
-    pub(crate) fn collect(&mut self, clock: Option<&StageClock>) -> &Arrived {
+    pub(crate) fn collect(&mut self, meters: &Meters) -> &Arrived {
         for slot in &mut self.slots {
             match slot.state.load(Ordering::Acquire) {
                 ARRIVED => {}
@@ -142,11 +189,13 @@ impl ReadBack {
                 && let Ok(bytes) = slot.buffer.get_mapped_range(..)
             {
                 self.newest = slot.frame;
-                let (totals, stamps) = bytes.split_at(TOTALS_BYTES as usize);
+                let (totals, rest) = bytes.split_at(TOTALS_BYTES as usize);
+                let (stamps, runs) = rest.split_at(meters.stamp_bytes() as usize);
                 let read: FrameTotals = bytemuck::pod_read_unaligned(totals);
                 self.arrived.totals = Some(slot.known_totals.unwrap_or(read));
-                let tick_ms = clock.map_or(0.0, |clock| f64::from(clock.nanoseconds_per_tick) * 1e-6);
+                let tick_ms = meters.clock.as_ref().map_or(0.0, |clock| f64::from(clock.nanoseconds_per_tick) * 1e-6);
                 self.arrived.timings_ms = spans(&slot.stages, stamps, tick_ms);
+                self.arrived.vertex_runs = meters.runs.as_ref().map(|_| bytemuck::pod_read_unaligned(runs));
             }
             slot.buffer.unmap();
             slot.state.store(FREE, Ordering::Release);

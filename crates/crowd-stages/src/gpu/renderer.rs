@@ -1,7 +1,7 @@
 //! The renderer: the shared selection, what the technique adds, then the draw, recorded into an engine's encoder.
 
 use super::draw_crowd::DrawCrowd;
-use super::read_back::{self, ReadBack, StageClock};
+use super::read_back::{self, Meters, ReadBack, RunCounter, StageClock};
 use super::selection::Selection;
 use super::stage_recorder::StageRecorder;
 use super::techniques::{self, Floor, FrameContext, Painter, Workshop};
@@ -64,7 +64,7 @@ pub struct CrowdRenderer {
     selection: Selection,
     draw: DrawCrowd,
     painters: [Option<Box<dyn Painter>>; Technique::ALL.len()],
-    clock: Option<StageClock>,
+    meters: Meters,
     read_back: ReadBack,
     options: RendererOptions,
     characters: Vec<CharacterRecord>,
@@ -100,7 +100,10 @@ impl CrowdRenderer {
             selection: Selection::new(device, &crowd, &frame),
             draw: DrawCrowd::new(device, &frame, options.color_format, options.sample_count),
             painters: Default::default(),
-            clock: StageClock::new(device, queue, STAGES.len() as u32 + 1),
+            meters: Meters {
+                clock: StageClock::new(device, queue, STAGES.len() as u32 + 1),
+                runs: RunCounter::new(device),
+            },
             read_back: ReadBack::default(),
             options,
             characters: data.characters.clone(),
@@ -241,15 +244,21 @@ impl CrowdRenderer {
             characters: &self.instance_characters,
             full_detail_totals: &self.full_detail_totals,
         };
-        let clock = self.clock.as_ref();
-        let mut recorder = StageRecorder::new(encoder, clock.map(|clock| clock.queries.clone()));
+        let Meters { clock, runs } = &self.meters;
+        let mut recorder = StageRecorder::new(encoder, clock.as_ref().map(|clock| clock.queries.clone()));
         painter.record_stages(&mut recorder, &context);
         let (stamps, names) = recorder.finish("draw");
         let mut pass = self.draw.begin(encoder, color, stamps);
+        if let Some(runs) = runs {
+            pass.begin_pipeline_statistics_query(&runs.queries, 0);
+        }
         painter.draw(&mut pass, &context);
+        if runs.is_some() {
+            pass.end_pipeline_statistics_query();
+        }
         drop(pass);
         let known_totals = painter.known_totals(&context);
-        self.read_back.record(device, encoder, &self.frame.totals, known_totals, clock, names);
+        self.read_back.record(device, encoder, &self.frame.totals, known_totals, &self.meters, names);
         Ok(())
     }
 
@@ -273,13 +282,18 @@ impl CrowdRenderer {
             std::thread::sleep(Duration::from_micros(50));
             is_alive = device.poll(poll()).is_ok();
         }
-        self.read_back.collect(self.clock.as_ref()).totals
+        self.read_back.collect(&self.meters).totals
     }
 
     /// GPU milliseconds per stage of the newest finished frame, where timestamps are offered. Measured from start to
     /// next start (end stamps of a pass come early on some drivers).
     pub fn timings_ms(&mut self) -> Vec<(&'static str, f32)> {
-        self.read_back.collect(self.clock.as_ref()).timings_ms.clone()
+        self.read_back.collect(&self.meters).timings_ms.clone()
+    }
+
+    /// How often the newest finished frame ran the vertex shader for the crowd, as the adapter counts; `None` where it does not.
+    pub fn vertex_runs(&mut self) -> Option<u64> {
+        self.read_back.collect(&self.meters).vertex_runs
     }
 
     /// Bytes of GPU memory this renderer asked for.

@@ -26,12 +26,16 @@ pub enum Quantity {
     Vertices,
     /// Draws of the last frame.
     Draws,
+    /// Vertex shader runs of the last frame.
+    VertexRuns,
+    /// The same for each triangle.
+    RunsPerTriangle,
     /// Difference of the last frame to full detail.
     Image,
 }
 
 impl Quantity {
-    const NAMES: [(&'static str, Self); 10] = [
+    const NAMES: [(&'static str, Self); 12] = [
         ("frame_ms", Self::Frame),
         ("frame_p95_ms", Self::FrameP95),
         ("gpu_ms", Self::Gpu),
@@ -41,10 +45,12 @@ impl Quantity {
         ("triangles", Self::Triangles),
         ("vertices", Self::Vertices),
         ("draws", Self::Draws),
+        ("vertex_runs", Self::VertexRuns),
+        ("runs_per_triangle", Self::RunsPerTriangle),
         ("image_rmse", Self::Image),
     ];
 
-    /// Its value in a row; `None` where the adapter has no timestamps.
+    /// Its value in a row; `None` where the adapter does not measure it.
     pub fn of(self, row: &Row) -> Option<f64> {
         match self {
             Self::Frame => Some(row.frame_ms.median.into()),
@@ -56,6 +62,8 @@ impl Quantity {
             Self::Triangles => Some(row.triangles.into()),
             Self::Vertices => Some(row.vertices.into()),
             Self::Draws => Some(row.draws.into()),
+            Self::VertexRuns => row.vertex_runs.map(|runs| runs as f64),
+            Self::RunsPerTriangle => row.runs_per_triangle.map(f64::from),
             Self::Image => Some(row.image_rmse.into()),
         }
     }

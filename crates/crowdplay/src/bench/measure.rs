@@ -69,6 +69,7 @@ struct Contender {
     technique: Technique,
     frames: Vec<Frame>,
     last: FrameTotals,
+    vertex_runs: Option<u64>,
     overflow: u32,
 }
 
@@ -78,8 +79,13 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
     let viewer = Viewer::open(&plan.camera, &crowd)?;
     let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget(Some(gpu), &crowd));
     let mut backend = GpuBackend::new(gpu.clone(), &crowd, plan.size, samples, budget)?;
-    let new =
-        |&technique: &Technique| Contender { technique, frames: Vec::new(), last: FrameTotals::default(), overflow: 0 };
+    let new = |&technique: &Technique| Contender {
+        technique,
+        frames: Vec::new(),
+        last: FrameTotals::default(),
+        vertex_runs: None,
+        overflow: 0,
+    };
     let mut contenders: Vec<Contender> = asked.words.ab.iter().map(new).collect();
     let (warm_up, rounds) = (asked.words.warm_up, asked.words.rounds);
     for round in 0..warm_up + rounds {
@@ -103,6 +109,7 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
                 contender.overflow |= totals.overflow;
             }
             contender.last = totals;
+            contender.vertex_runs = backend.vertex_runs();
         }
     }
     talk.say(&format!("{} instances: {rounds} frames each of {} techniques", crowd.instances.len(), contenders.len()));
@@ -111,8 +118,10 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
     let time_s = start_s + (rounds - 1) as f32 * dt_s;
     let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
     let mut picture = |instances: &[InstanceRecord], technique: Technique| {
+        let options = DrawOptions { technique, ..plan.detail.draw };
         backend.set_instances(instances)?;
-        backend.draw(&config, DrawOptions { technique, ..plan.detail.draw })?;
+        backend.bake(&crowd, &config, options)?;
+        backend.draw(&config, options)?;
         backend.picture()
     };
     let empty = picture(&[], Technique::PseudoInstancing)?;
@@ -158,6 +167,11 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
         vertices: contender.last.vertex_count,
         triangles: contender.last.triangle_count,
         draws: contender.last.draw_count,
+        vertex_runs: contender.vertex_runs,
+        runs_per_triangle: contender
+            .vertex_runs
+            .filter(|_| contender.last.triangle_count > 0)
+            .map(|runs| runs as f32 / contender.last.triangle_count as f32),
         image_rmse: 0.0,
         overflow: overflow_words(overflow),
     }
