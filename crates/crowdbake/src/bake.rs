@@ -151,6 +151,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         return Err(BakeError::of(Step::Simplify, name, Cause::OnlyDegenerate { triangles }));
     }
     warnings.extend(crate::surface_warnings::warn_of_surface(&order.seams));
+    warnings.extend(crate::surface_warnings::warn_of_flat_triangles(&raw.mesh.positions, &raw.mesh.triangles));
     warnings.extend(warn_of_high_floor(&order));
     clock.lap(Step::Simplify);
 
@@ -189,9 +190,13 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     })
 }
 
-/// A warning in one sentence.
+/// A warning in one sentence, with its count where the message does not say it.
 pub fn warning_sentence(warning: &Warning) -> String {
-    format!("{}: {}: {}", warning.code, warning.place, warning.message)
+    let Warning { code, place, count, message } = warning;
+    if *count < 2 || message.contains(&count.to_string()) {
+        return format!("{code}: {place}: {message}");
+    }
+    format!("{code} x {count}: {place}: {message}")
 }
 
 /// Clips whose name equals one of `patterns` or matches it; all patterns must find something.
@@ -468,7 +473,10 @@ fn say_levels(talk: &Talk<'_>, baked: &BakedCharacter) {
         if !discrete.reached {
             let b = baked.order.blocked;
             let held = blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended);
-            talk.warn(format_args!("{}: {} is not reached; {held}", baked.name, discrete.name));
+            talk.warn(format_args!(
+                "{}: {} is not reached; {held}; `crowdbake explain` says where",
+                baked.name, discrete.name
+            ));
         }
     }
 }
@@ -531,6 +539,16 @@ mod tests {
 
     fn clips(names: &[&str]) -> Vec<RawClip> {
         names.iter().map(|name| RawClip { name: (*name).to_owned(), tracks: Vec::new() }).collect()
+    }
+
+    #[test]
+    fn a_warning_says_its_count_once() {
+        let sentence = |count: u64, message: &str| {
+            warning_sentence(&Warning { code: "odd", place: "mesh".to_owned(), count, message: message.to_owned() })
+        };
+        assert_eq!(sentence(32, "triangles were left out"), "odd x 32: mesh: triangles were left out");
+        assert_eq!(sentence(32, "32 triangles were left out"), "odd: mesh: 32 triangles were left out");
+        assert_eq!(sentence(1, "the extension is ignored"), "odd: mesh: the extension is ignored");
     }
 
     #[test]

@@ -52,9 +52,43 @@ pub(crate) fn warn_of_surface(seams: &SeamReport) -> Vec<Warning> {
         .collect()
 }
 
+/// Squared sine of the widest angle of a triangle that counts as a line.
+const LINE_SINE_SQUARED: f64 = 1.0e-14;
+
+/// Says how many triangles have three corners in a line: no area, though no two corners at one place. They stay: their edges may hold the
+/// surface together. Code `flat-triangles`.
+pub(crate) fn warn_of_flat_triangles(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Option<Warning> {
+    let is_flat = |t: &&[u32; 3]| {
+        let [a, b, c] = t.map(|v| glam::Vec3::from(positions[v as usize]).as_dvec3());
+        let edges = [b - a, c - b, a - c];
+        let most = edges.iter().map(|e| e.length_squared()).fold(0.0, f64::max);
+        let apart = edges.iter().all(|e| e.length_squared() > 0.0);
+        apart && edges[0].cross(edges[1]).length_squared() <= LINE_SINE_SQUARED * most * most
+    };
+    let count = triangles.iter().filter(is_flat).count();
+    (count > 0).then(|| Warning {
+        code: "flat-triangles",
+        place: "mesh".to_owned(),
+        count: count as u64,
+        message: format!("{count} triangles have their corners in a line; they stay, and nothing is seen of them"),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn triangles_without_area_are_counted() {
+        let positions = [[0.0; 3], [1.0, 2.0, 3.0], [2.0, 4.0, 6.0], [1.0, 0.0, 0.0], [0.5, 1.0e-3, 0.0]];
+        let count = |triangles: &[[u32; 3]]| warn_of_flat_triangles(&positions, triangles).map_or(0, |w| w.count);
+        assert_eq!(count(&[[0, 1, 2], [0, 1, 3], [2, 1, 0]]), 2);
+        assert_eq!(
+            count(&[[0, 1, 1], [0, 3, 4]]),
+            0,
+            "degenerate ones are dropped and counted elsewhere, thin ones have area"
+        );
+    }
 
     #[test]
     fn each_count_has_its_warning_and_none_has_none() {
