@@ -1,3 +1,4 @@
-//! Real characters in motion: poses at the right times, bounds that hold every vertex.
+//! Characters in motion: poses at the right times, bounds that hold every vertex, and every point of a level.
 
+mod level_bounds;
 mod real_clips;
