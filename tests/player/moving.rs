@@ -98,6 +98,58 @@ fn a_database_with_a_journal_beside_it_is_refused() {
     assert!(ran.stderr.contains("a.sqlite-wal") && ran.stderr.contains("wal_checkpoint"), "{}", ran.stderr);
 }
 
+#[test]
+fn a_flock_and_a_walk_move_and_are_repeatable() {
+    let scene = Scene::new();
+    let ways = fixture("waypoints.txt");
+    for feed in [&["--flock", "40"][..], &["--walk", &ways, "--count", "40"], &["--walk", "--count", "40"]] {
+        let words = [feed, &SMALL[..4]].concat();
+        let report = scene.report(&[&words[..], &["--frames", "2", "--dt", "1"]].concat());
+        assert_eq!(report["crowd"]["instances"], 40);
+        let picture = |time: &str| scene.picture(&[&words[..], &["--time", time]].concat());
+        assert!(picture("2") == picture("2"), "{feed:?}");
+        assert!(picture("2") != picture("3"), "{feed:?}");
+        assert!(picture("2") != scene.picture(&[&words[..], &["--time", "2", "--seed", "9"]].concat()), "{feed:?}");
+    }
+}
+
+#[test]
+fn waypoints_and_layouts_are_refused_by_line() {
+    let scene = Scene::new();
+    let file = scene.path("way.txt");
+    std::fs::write(&file, "# crowd waypoints v1\nroute 2\n0 0\n0 nan\n").expect("our folder");
+    let ran = crowdplay(&[&[&scene.pack(), "--headless", "--walk", &file][..], &SMALL].concat());
+    assert_eq!(ran.code, 1);
+    assert!(ran.stderr.contains("way.txt: line 4: found `nan`"), "{}", ran.stderr);
+    for (line, words) in [
+        ("0 0 0 0 1 Carla Sway 0", "found `Carla`, expected character, a whole number below 2, or one of Ada, Bruno"),
+        ("0 0 NaN 0 1 Ada Sway 0", "found `NaN`, expected z"),
+        ("place grid 0 0 0 0 1 1", "found nobody"),
+    ] {
+        std::fs::write(&file, format!("# crowd layout v1\n{line}\n")).expect("our folder");
+        let ran = crowdplay(&[&[&scene.pack(), "--headless", "--layout", &file][..], &SMALL].concat());
+        assert_eq!(ran.code, 1);
+        assert!(ran.stderr.contains(words), "{}", ran.stderr);
+    }
+    std::fs::write(&file, "# crowd layout v1\n0 0 0 0 1 ada Sway 0\nplace seats 30 0 0 0 1 1\n").expect("our folder");
+    assert_eq!(scene.report(&[&["--layout", &file][..], &SMALL].concat())["crowd"]["instances"], 31);
+}
+
+#[test]
+fn a_moving_camera_is_recorded_and_played_again() {
+    let scene = Scene::new();
+    let words = ["--count", "30", "--size", "64x36", "--backend", "cpu", "--time", "1", "--frames", "3", "--dt", "2"];
+    for name in ["orbit", "line", "walkthrough"] {
+        let record = scene.path("flown.txt");
+        let made = scene.picture(&[&words[..], &["--camera-path", name, "--record-camera", &record]].concat());
+        assert!(made == scene.picture(&[&words[..], &["--camera-path", &record]].concat()), "{name}");
+        assert!(made != scene.picture(&words), "{name}");
+    }
+    let out = scene.path("a.png");
+    let ran = crowdplay(&[&scene.pack(), "--headless", "--out", &out, "--record-camera", &out]);
+    assert_eq!(ran.code, 2, "{}", ran.stderr);
+}
+
 fn sample(name: &str) -> Vec<u8> {
     let path = crowd_tests::folders::assets().join("trajectories").join(name);
     std::fs::read(Path::new(&path)).unwrap_or_else(|e| panic!("{}: {e}", path.display()))

@@ -9,6 +9,39 @@ const RATE_HZ: f64 = 5.0;
 const END_S: f64 = 14.0;
 const PEOPLE: i64 = 12;
 
+/// For packs with `mara` and `oskar`, who have clips `idle` and `walk`.
+const LAYOUT: &str = "\
+# crowd layout v1
+# x y z  yaw_deg  scale  character  clip  phase_s
+-0.6 0 0   20  1.0  mara  idle  0
+ 0.6 0 0  -20  1.0  oskar idle  0.5     # the two talk
+#     layout  count  x z    yaw_deg  spacing_m  seed
+place disc    40     0 -6   0        0.9        3
+place street  24     9 0    0        1.1        4
+";
+const WAYPOINTS: &str = "\
+# crowd waypoints v1
+route 3              # a round way, 3 m wide
+-12 8
+ 12 8
+ 12 -8   2.5         # a red light
+-12 -8
+route 1              # to and fro
+0 -6
+0  6     1
+";
+const CAMERA: &str = "\
+# crowd camera path v1
+# time_s  eye x y z  target x y z  fov_deg
+0  0 6 24  0 1 0  45
+#     seconds  eye x y z  target x y z  fov_deg
+line  4        0 2 14     0 1 0         45
+#     seconds  target x y z  distance  elevation_deg  from_deg to_deg  fov_deg
+orbit 8        0 1 0         14.035669 4.085616       0 180            45
+#           seconds  low x z  high x z  eye height  fov_deg
+walkthrough 20       -12 -8   12 8      1.7         50
+";
+
 /// The files of `scenes/`.
 pub fn scenes() -> Vec<Fixture> {
     let file = |name: &str, bytes: Vec<u8>| Fixture { path: format!("scenes/{name}"), bytes };
@@ -17,6 +50,9 @@ pub fn scenes() -> Vec<Fixture> {
         file("crossing_juelich.txt", crossing_juelich().into_bytes()),
         file("crossing_vadere.traj", crossing_steps().into_bytes()),
         file("crossing.csv", crossing_csv().into_bytes()),
+        file("layout.txt", LAYOUT.into()),
+        file("waypoints.txt", WAYPOINTS.into()),
+        file("camera.txt", CAMERA.into()),
     ]
 }
 

@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn a_crowd_picture_has_its_horizon_in_the_upper_third_and_large_near_people() {
-        let kinds = [Kind { footprint_m: 0.45, clip_durations_s: vec![1.0] }];
+        let kinds = [Kind { footprint_m: 0.45, clip_durations_s: vec![1.0], ..Kind::default() }];
         for layout in [Layout::Grid, Layout::Disc, Layout::Ranks, Layout::Street] {
             for count in [1, 4, 100, 10_000] {
                 let crowd = place(layout, count, 1.2, &kinds, &[], 1);
@@ -323,7 +323,7 @@ mod tests {
 
     #[test]
     fn small_crowds_are_whole_and_fill_the_picture() {
-        let kinds = [Kind { footprint_m: 0.45, clip_durations_s: vec![1.0] }];
+        let kinds = [Kind { footprint_m: 0.45, clip_durations_s: vec![1.0], ..Kind::default() }];
         for layout in [Layout::Grid, Layout::Disc, Layout::Ranks, Layout::Street] {
             for (count, aspect) in [(1, 1.8), (2, 1.8), (5, 1.8), (20, 1.8), (64, 1.8), (5, 0.6), (64, 0.6)] {
                 let crowd = place(layout, count, 1.2, &kinds, &[], 1);
@@ -341,7 +341,7 @@ mod tests {
 
     #[test]
     fn a_street_is_seen_from_the_side_of_those_who_come() {
-        let kinds = [Kind { footprint_m: 0.45, clip_durations_s: vec![1.0] }];
+        let kinds = [Kind { footprint_m: 0.45, clip_durations_s: vec![1.0], ..Kind::default() }];
         let eye_x = |layout| framing_crowd(&place(layout, 500, 1.2, &kinds, &[], 1), &kinds, 1.6).eye.x;
         assert!(eye_x(Layout::Street) < -0.5 && eye_x(Layout::Ranks) > 0.5 && eye_x(Layout::Grid) > 0.5);
     }

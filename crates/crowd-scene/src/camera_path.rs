@@ -5,13 +5,20 @@
 //! # time_s  eye x y z  target x y z  fov_deg (vertical)
 //! 0   0 3 20   0 1 0   45
 //! 5   8 3 12   0 1 0   45
+//! # Ways go on where the path was; each takes so many seconds.
+//! #           seconds  eye x y z  target x y z  fov_deg
+//! line        4        0 2 12     0 1 0         45
+//! #           seconds  target x y z  distance  elevation_deg  from_deg to_deg  fov_deg
+//! orbit       10       0 1 0         12        5              0 360            45
+//! #           seconds  low x z  high x z  eye height  fov_deg
+//! walkthrough 33.3     -50 -50  50 50     1.7         45
 //! ```
 
 use std::fmt::Write as _;
 
 use glam::Vec3;
 
-use crate::text::{FARTHEST_M, lines_after, wrong};
+use crate::text::{FARTHEST_M, Line, lines_after, wrong};
 use crate::{Camera, Error, Result};
 
 const HEADING: &str = "# crowd camera path v1";
@@ -46,19 +53,19 @@ impl CameraPath {
     pub fn parse(text: &str) -> Result<Self> {
         let mut keys: Vec<CameraKey> = Vec::new();
         for line in lines_after(text, HEADING)? {
+            if let Some(way) = read_way(&line, keys.last())? {
+                go_on(&mut keys, way, line.number)?;
+                continue;
+            }
             line.must_have(8, "time_s, eye x y z, target x y z, fov_deg")?;
             if keys.len() == MOST_KEYS {
                 return Err(Error::Limit { line: line.number, allowed: MOST_KEYS });
             }
-            let place = |word: usize, name: &str| -> Result<Vec3> {
-                let axis = |offset: usize| line.number_in(word + offset, name, -FARTHEST_M, FARTHEST_M);
-                Ok(Vec3::new(axis(0)?, axis(1)?, axis(2)?))
-            };
             let key = CameraKey {
                 time_s: line.number_in(0, "time_s", 0.0, 1.0e6)?,
-                eye: place(1, "eye")?,
-                target: place(4, "target")?,
-                fov_y_rad: line.number_in(7, "fov_deg", 1.0, 170.0)?.to_radians(),
+                eye: place(&line, 1, "eye")?,
+                target: place(&line, 4, "target")?,
+                fov_y_rad: fov_y_rad(&line, 7)?,
             };
             if let Some(before) = keys.last()
                 && key.time_s <= before.time_s
@@ -74,6 +81,25 @@ impl CameraPath {
             return Err(wrong(text.lines().count().max(1), "no key", "at least one line with a key"));
         }
         Ok(Self { keys })
+    }
+
+    /// Keys in order of time, at least one.
+    pub(crate) fn from_keys(keys: impl IntoIterator<Item = CameraKey>) -> Self {
+        Self { keys: keys.into_iter().collect() }
+    }
+
+    /// A path that stands still: where a recording begins.
+    pub fn starting(time_s: f32, camera: &Camera) -> Self {
+        Self { keys: vec![key_of(time_s, camera)] }
+    }
+
+    /// Adds where the camera is now, unless that is less than a 30th of a second after the last key or the path is full
+    /// (an hour).
+    pub fn record(&mut self, time_s: f32, camera: &Camera) {
+        let is_due = time_s >= self.end_s() + 0.99 / 30.0;
+        if is_due && self.keys.len() < MOST_KEYS && camera.eye != camera.target {
+            self.keys.push(key_of(time_s, camera));
+        }
     }
 
     /// The text file of this path.
@@ -111,6 +137,78 @@ impl CameraPath {
             _ => camera(first),
         }
     }
+}
+
+fn key_of(time_s: f32, camera: &Camera) -> CameraKey {
+    CameraKey { time_s, eye: camera.eye, target: camera.target, fov_y_rad: camera.fov_y_rad }
+}
+
+/// Three numbers from a word on.
+fn place(line: &Line<'_>, word: usize, name: &str) -> Result<Vec3> {
+    let axis = |offset: usize| line.number_in(word + offset, name, -FARTHEST_M, FARTHEST_M);
+    Ok(Vec3::new(axis(0)?, axis(1)?, axis(2)?))
+}
+
+fn fov_y_rad(line: &Line<'_>, word: usize) -> Result<f32> {
+    Ok(line.number_in(word, "fov_deg", 1.0, 170.0)?.to_radians())
+}
+
+/// The way that a line names, if it names one; times from 0. `last`: the key before it.
+fn read_way(line: &Line<'_>, last: Option<&CameraKey>) -> Result<Option<CameraPath>> {
+    let seconds = || line.number_in(1, "seconds", 0.01, 1.0e6);
+    if line.is_word(0, "line") {
+        line.must_have(9, "line, seconds, eye x y z, target x y z, fov_deg")?;
+        let first = last.ok_or_else(|| wrong(line.number, "`line` first", "a key or a way before it"))?;
+        let (eye, target) = (place(line, 2, "eye")?, place(line, 5, "target")?);
+        if eye == target {
+            return Err(wrong(line.number, &format!("eye and target at {eye}"), "two different points"));
+        }
+        let end = CameraKey { time_s: seconds()?, eye, target, fov_y_rad: fov_y_rad(line, 8)? };
+        return Ok(Some(CameraPath::from_keys([CameraKey { time_s: 0.0, ..*first }, end])));
+    }
+    if line.is_word(0, "orbit") {
+        line.must_have(10, "orbit, seconds, target x y z, distance, elevation_deg, from_deg, to_deg, fov_deg")?;
+        let distance = line.number_in(5, "distance", 0.01, FARTHEST_M)?;
+        let elevation = line.number_in(6, "elevation_deg", -89.0, 89.0)?.to_radians();
+        let turn = |word: usize, name: &str| Ok(line.number_in(word, name, -18_000.0, 18_000.0)?.to_radians());
+        let turns = [turn(7, "from_deg")?, turn(8, "to_deg")?];
+        let target = place(line, 2, "target")?;
+        return Ok(Some(CameraPath::orbit(target, distance, elevation, turns, seconds()?, fov_y_rad(line, 9)?)));
+    }
+    if line.is_word(0, "walkthrough") {
+        line.must_have(8, "walkthrough, seconds, low x z, high x z, eye height, fov_deg")?;
+        let axis = |word: usize, name: &str| line.number_in(word, name, -FARTHEST_M, FARTHEST_M);
+        let (low_x, low_z, high_x, high_z) =
+            (axis(2, "low x")?, axis(3, "low z")?, axis(4, "high x")?, axis(5, "high z")?);
+        if low_x > high_x || low_z > high_z {
+            return Err(wrong(line.number, "a low corner above the high one", "low x z, then high x z"));
+        }
+        let (low, high) = (Vec3::new(low_x, 0.0, low_z), Vec3::new(high_x, 0.0, high_z));
+        let eye_m = line.number_in(6, "eye height", 0.1, 1000.0)?;
+        return Ok(Some(CameraPath::walkthrough(low, high, eye_m, seconds()?, fov_y_rad(line, 7)?)));
+    }
+    Ok(None)
+}
+
+/// Appends a way to the keys, from the time of the last one on.
+fn go_on(keys: &mut Vec<CameraKey>, way: CameraPath, line: usize) -> Result<()> {
+    let begin_s = keys.last().map_or(0.0, |key| key.time_s);
+    for key in way.keys {
+        let time_s = begin_s + key.time_s;
+        // The way's first key falls on the last one; another place there is a cut.
+        let is_first = key.time_s == 0.0;
+        if is_first && keys.last().is_some_and(|last| CameraKey { time_s: last.time_s, ..key } == *last) {
+            continue;
+        }
+        let time_s = if is_first && !keys.is_empty() { begin_s.next_up().max(begin_s + 1.0e-3) } else { time_s };
+        if keys.len() == MOST_KEYS {
+            return Err(Error::Limit { line, allowed: MOST_KEYS });
+        }
+        if keys.last().is_none_or(|last| time_s > last.time_s) {
+            keys.push(CameraKey { time_s, ..key });
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -152,6 +250,10 @@ mod tests {
                 "# crowd camera path v1\n1 0 3 9 0 1 0 45\n1 0 3 9 0 1 0 45\n",
                 "line 3: found `1`, expected a time after 1",
             ),
+            ("# crowd camera path v1\nline 3 0 0 0 1 1 1 45\n", "line 2: found ``line` first`, expected a key"),
+            ("# crowd camera path v1\norbit 3 0 0 0 1 1 45\n", "line 2: found `8 words`, expected 10"),
+            ("# crowd camera path v1\norbit 3 0 0 0 -1 1 0 9 45\n", "line 2: found `-1`, expected distance"),
+            ("# crowd camera path v1\nwalkthrough 3 9 9 0 0 1 45\n", "expected low x z, then high x z"),
             ("# crowd camera path v1\n# nothing\n", "expected at least one line with a key"),
         ] {
             let message = CameraPath::parse(text).expect_err(text).to_string();
@@ -159,10 +261,42 @@ mod tests {
         }
     }
 
+    #[test]
+    fn the_fixture_is_read() {
+        let path = CameraPath::parse(include_str!("../../../fixtures/scenes/camera.txt")).expect("a fixture");
+        assert!((path.end_s() - 32.0).abs() < 1e-3);
+        assert!(path.keys().len() > 1090);
+    }
+
+    #[test]
+    fn ways_follow_each_other() {
+        let text = "# crowd camera path v1\n0 0 3 20 0 1 0 45\nline 4 0 3 12 0 1 0 45\norbit 10 0 1 0 12 10 0 90 45\n\
+                    20 5 5 5 0 0 0 45\nwalkthrough 30 -9 -9 9 9 1.7 45\n";
+        let path = CameraPath::parse(text).expect("good");
+        assert!((path.end_s() - 50.0).abs() < 1e-3);
+        assert_eq!(path.at(4.0, &planes()).eye, Vec3::new(0.0, 3.0, 12.0));
+        let turned = path.at(14.0, &planes());
+        assert!((turned.eye.distance(Vec3::Y) - 12.0).abs() < 1e-3 && turned.eye.x > 11.0, "{}", turned.eye);
+        assert!(path.keys().windows(2).all(|pair| pair[0].time_s < pair[1].time_s));
+        let again = CameraPath::parse(&path.write()).expect("our own file");
+        assert_eq!(again.keys().len(), path.keys().len());
+    }
+
+    #[test]
+    fn a_recording_is_a_path() {
+        let mut path = CameraPath::starting(0.0, &planes());
+        for i in 1..100 {
+            path.record(i as f32 / 60.0, &Camera { eye: Vec3::new(i as f32, 2.0, 0.0), ..planes() });
+        }
+        assert_eq!(path.keys().len(), 50);
+        assert_eq!(CameraPath::parse(&path.write()).expect("our own file").at(1.0, &planes()).eye.x, 60.0);
+    }
+
     proptest! {
         #[test]
-        fn any_text_is_read_or_refused(text in "\\PC*") {
+        fn any_text_is_read_or_refused(text in "\\PC*", words in "((line|orbit|walkthrough)( -?[0-9]{1,3}){5,10}\n|[0-9. -]{0,20}\n){0,6}") {
             let _ = CameraPath::parse(&text);
+            let _ = CameraPath::parse(&format!("{HEADING}\n{words}"));
             let _ = CameraPath::parse(&format!("{HEADING}\n{text}"));
         }
 

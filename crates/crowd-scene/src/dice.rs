@@ -10,6 +10,8 @@ pub(crate) enum Purpose {
     Scale,
     X,
     Z,
+    Pace,
+    Start,
 }
 
 /// The random numbers of one person.

@@ -6,23 +6,28 @@
 mod area;
 mod camera;
 mod camera_path;
+mod camera_ways;
 mod dice;
 mod error;
+mod flock;
 mod layout_file;
 mod place;
 mod sqlite;
 mod text;
 mod trajectory;
 mod walker;
+mod waypoints;
 
 pub use area::{Surface, WalkableArea};
 pub use camera::{frame_crowd, framing_crowd, overlook};
 pub use camera_path::{CameraKey, CameraPath};
 pub use error::{Error, Result};
+pub use flock::{FLOCK_LOOP_S, Flock, FlockRules};
 pub use layout_file::{parse_layout, write_layout};
 pub use place::place;
 pub use trajectory::Trajectories;
 pub use walker::{Cast, Gait, GaitClip, Mover, Walker};
+pub use waypoints::Waypoints;
 
 use glam::Vec3;
 
@@ -44,8 +49,12 @@ pub struct Instance {
 }
 
 /// What a layout needs to know of a character.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Kind {
+    /// For layout files; may be empty.
+    pub name: String,
+    /// Of its clips, in order, for layout files; may be empty.
+    pub clip_names: Vec<String>,
     /// Radius on the ground, metres, for spacing.
     pub footprint_m: f32,
     /// Durations of its clips, seconds; at least one.
@@ -63,6 +72,30 @@ pub enum Layout {
     Ranks,
     /// A street along Z: two opposing streams.
     Street,
+    /// Rings of seats around a stage, each higher than the one before it, everyone facing the middle.
+    Seats,
+}
+
+/// Every layout and its name, in files and on the command line.
+const LAYOUTS: [(&str, Layout); 5] = [
+    ("grid", Layout::Grid),
+    ("disc", Layout::Disc),
+    ("ranks", Layout::Ranks),
+    ("street", Layout::Street),
+    ("seats", Layout::Seats),
+];
+
+impl Layout {
+    /// The layout of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        LAYOUTS.iter().find(|(known, _)| *known == name).map(|&(_, layout)| layout)
+    }
+
+    /// All names, as a sentence has them.
+    pub fn names() -> String {
+        let names: Vec<&str> = LAYOUTS.iter().map(|(name, _)| *name).collect();
+        format!("{} or {}", names[..names.len() - 1].join(", "), names[names.len() - 1])
+    }
 }
 
 /// Camera.

@@ -9,6 +9,10 @@ use crate::{Instance, Kind, Layout};
 
 /// Share of the spacing by which [`Layout::Grid`] moves a person from the exact spot, each axis, each way.
 const GRID_SHUFFLE: f32 = 0.16;
+/// From one ring of seats to the next, in spacings.
+const SEAT_DEPTH: f32 = 1.3;
+/// How much higher the next ring is, in spacings.
+const SEAT_RISE: f32 = 0.5;
 /// Radius of the sunflower's first turn in spacings: chosen so that neighbours are at least one spacing apart.
 const SUNFLOWER: f32 = 0.62;
 /// 2 pi (2 - golden ratio): the angle between one seed of a sunflower and the next.
@@ -37,6 +41,7 @@ pub fn place(
     let widest = kinds.iter().map(|kind| kind.footprint_m).filter(|f| f.is_finite()).fold(0.0, f32::max);
     let spacing = wanted.max(2.0 * widest);
     let side = ceil_sqrt(count);
+    let rings = if layout == Layout::Seats { rings_of(count, spacing) } else { Vec::new() };
     (0..count)
         .map(|index| {
             let dice = Dice { seed, index };
@@ -45,6 +50,7 @@ pub fn place(
                 Layout::Disc => disc_spot(index, spacing, &dice),
                 Layout::Ranks => ranks_spot(index, count, side, spacing),
                 Layout::Street => street_spot(index, count, side, spacing, &dice),
+                Layout::Seats => seat_spot(index, &rings, spacing, &dice),
             };
             let character = dice.below(Purpose::Character, kinds.len() as u32);
             let choice = &allowed[character as usize];
@@ -124,6 +130,48 @@ fn street_spot(index: u32, count: u32, side: u32, spacing: f32, dice: &Dice) -> 
     }
 }
 
+/// One ring of seats.
+struct Ring {
+    /// Number of its first seat.
+    first: u32,
+    seats: u32,
+    radius_m: f32,
+}
+
+/// Rings for `count` seats: twelve times as many seats in a ring as there are rings, so that larger crowds sit both
+/// farther out and higher up. The last ring's people spread over all of it.
+fn rings_of(count: u32, spacing: f32) -> Vec<Ring> {
+    let ring_count = ((f64::from(count) / 12.0).sqrt().ceil() as u32).max(1);
+    let depth = spacing * SEAT_DEPTH;
+    // The mean ring has its share of the seats.
+    let mean_radius = count as f32 / ring_count as f32 * spacing / std::f32::consts::TAU;
+    let inner = (mean_radius - 0.5 * depth * (ring_count - 1) as f32).max(3.0 * spacing);
+    let (mut rings, mut first) = (Vec::new(), 0);
+    while first < count {
+        let radius_m = inner + depth * rings.len() as f32;
+        let room = (std::f32::consts::TAU * radius_m / spacing) as u32;
+        let seats = room.clamp(1, count - first);
+        rings.push(Ring { first, seats, radius_m });
+        first += seats;
+    }
+    rings
+}
+
+fn seat_spot(index: u32, rings: &[Ring], spacing: f32, dice: &Dice) -> Spot {
+    let ring = rings.partition_point(|ring| ring.first <= index).max(1) - 1;
+    let Ring { first, seats, radius_m } = rings[ring];
+    // Every other ring half a seat further: one looks between two heads.
+    let seat = (index - first) as f32 + if ring % 2 == 1 { 0.5 } else { 0.0 };
+    let angle = seat / seats as f32 * std::f32::consts::TAU;
+    let (sin, cos) = libm::sincosf(angle);
+    let up = ring as f32 * spacing * SEAT_RISE;
+    Spot {
+        position: Vec3::new(sin * radius_m, up, cos * radius_m),
+        yaw_rad: libm::atan2f(-sin, -cos) + 0.12 * dice.around_zero(Purpose::Yaw),
+        scale: 1.0 + 0.06 * dice.around_zero(Purpose::Scale),
+    }
+}
+
 /// Clips kind `k` may play: those asked for that exist, else all it has.
 fn clips_of(kinds: &[Kind], clips: &[Vec<u32>], k: usize) -> Vec<u32> {
     let existing = kinds[k].clip_durations_s.len() as u32;
@@ -146,13 +194,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const LAYOUTS: [Layout; 4] = [Layout::Grid, Layout::Disc, Layout::Ranks, Layout::Street];
+    const LAYOUTS: [Layout; 5] = [Layout::Grid, Layout::Disc, Layout::Ranks, Layout::Street, Layout::Seats];
 
     fn kinds() -> Vec<Kind> {
         vec![
-            Kind { footprint_m: 0.3, clip_durations_s: vec![1.0, 2.0, 0.5] },
-            Kind { footprint_m: 0.4, clip_durations_s: vec![4.0] },
-            Kind { footprint_m: 0.2, clip_durations_s: vec![] },
+            Kind { footprint_m: 0.3, clip_durations_s: vec![1.0, 2.0, 0.5], ..Kind::default() },
+            Kind { footprint_m: 0.4, clip_durations_s: vec![4.0], ..Kind::default() },
+            Kind { footprint_m: 0.2, ..Kind::default() },
         ]
     }
 
@@ -170,7 +218,7 @@ mod tests {
     proptest! {
         #[test]
         fn any_crowd_is_whole_repeatable_and_in_range(
-            which in 0_usize..4, count in 0_u32..400, spacing in 0.2_f32..5.0, seed: u32,
+            which in 0_usize..5, count in 0_u32..400, spacing in 0.2_f32..5.0, seed: u32,
             asked in proptest::collection::vec(proptest::collection::vec(0_u32..6, 0..3), 0..4),
         ) {
             let kinds = kinds();
@@ -179,7 +227,7 @@ mod tests {
             prop_assert_eq!(&crowd, &place(LAYOUTS[which], count, spacing, &kinds, &asked, seed));
             for person in &crowd {
                 let kind = &kinds[person.character as usize];
-                prop_assert!(person.position.is_finite() && person.position.y == 0.0 && person.scale > 0.5);
+                prop_assert!(person.position.is_finite() && (person.position.y == 0.0 || which == 4) && person.scale > 0.5);
                 match kind.clip_durations_s.get(person.clip as usize) {
                     Some(&duration) => prop_assert!((0.0..duration).contains(&person.phase_s)),
                     None => prop_assert!(person.clip == 0 && person.phase_s == 0.0),
@@ -191,17 +239,18 @@ mod tests {
         }
 
         #[test]
-        fn people_keep_their_distance(which in 0_usize..4, count in 2_u32..300, spacing in 0.9_f32..3.0, seed: u32) {
-            let least = [1.0 - 2.0 * GRID_SHUFFLE, 0.95, 0.999, 0.39][which] * spacing;
+        fn people_keep_their_distance(which in 0_usize..5, count in 2_u32..300, spacing in 0.9_f32..3.0, seed: u32) {
+            let least = [1.0 - 2.0 * GRID_SHUFFLE, 0.95, 0.999, 0.39, 0.94][which] * spacing;
             let crowd = place(LAYOUTS[which], count, spacing, &kinds(), &[], seed);
             prop_assert!(closest(&crowd) >= least, "{} < {least}", closest(&crowd));
         }
 
         #[test]
-        fn a_crowd_stands_around_the_origin(which in 0_usize..4, count in 1_u32..2000) {
+        fn a_crowd_stands_around_the_origin(which in 0_usize..5, count in 1_u32..2000) {
             let crowd = place(LAYOUTS[which], count, 1.0, &kinds(), &[], 5);
             let middle = crowd.iter().map(|p| p.position).sum::<Vec3>() / count as f32;
-            prop_assert!(middle.length() < 3.0, "{middle}");
+            let across = Vec3::new(middle.x, 0.0, middle.z).length();
+            prop_assert!(across < 3.0, "{middle}");
         }
     }
 
@@ -216,6 +265,20 @@ mod tests {
     }
 
     #[test]
+    fn seats_face_the_stage_and_rise() {
+        let crowd = place(Layout::Seats, 500, 1.0, &kinds(), &[], 3);
+        for person in &crowd {
+            let ahead = Vec3::new(libm::sinf(person.yaw_rad), 0.0, libm::cosf(person.yaw_rad));
+            let to_stage = -Vec3::new(person.position.x, 0.0, person.position.z).normalize();
+            assert!(ahead.dot(to_stage) > 0.98);
+        }
+        let radius = |p: &Instance| libm::sqrtf(p.position.x * p.position.x + p.position.z * p.position.z);
+        let (first, last) = (&crowd[0], &crowd[499]);
+        assert!(radius(last) > radius(first) + 2.0 && last.position.y > first.position.y + 0.9);
+        assert!(radius(first) >= 3.0, "the stage is free");
+    }
+
+    #[test]
     fn a_street_has_two_opposing_streams() {
         let crowd = place(Layout::Street, 1000, 1.0, &kinds(), &[], 3);
         let ahead = crowd.iter().filter(|p| p.yaw_rad.abs() < 0.1).count();
@@ -226,7 +289,7 @@ mod tests {
 
     #[test]
     fn a_large_footprint_widens_the_spacing() {
-        let giant = [Kind { footprint_m: 3.0, clip_durations_s: vec![1.0] }];
+        let giant = [Kind { footprint_m: 3.0, clip_durations_s: vec![1.0], ..Kind::default() }];
         assert!(closest(&place(Layout::Ranks, 16, 1.0, &giant, &[], 0)) >= 6.0);
     }
 

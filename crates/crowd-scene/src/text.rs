@@ -27,6 +27,46 @@ pub(crate) fn lines_after<'a>(text: &'a str, heading: &str) -> Result<impl Itera
 }
 
 impl Line<'_> {
+    /// True where that word stands there.
+    pub(crate) fn is_word(&self, word: usize, expected: &str) -> bool {
+        self.words.get(word).is_some_and(|found| *found == expected)
+    }
+
+    /// The word there, or nothing.
+    pub(crate) fn word(&self, word: usize) -> &str {
+        self.words.get(word).copied().unwrap_or("")
+    }
+
+    /// How many there are.
+    pub(crate) fn word_count(&self) -> usize {
+        self.words.len()
+    }
+
+    /// Refuses fewer and more words.
+    pub(crate) fn must_have_between(&self, least: usize, most: usize, names: &str) -> Result<()> {
+        if (least..=most).contains(&self.words.len()) {
+            return Ok(());
+        }
+        Err(wrong(self.number, &format!("{} words", self.words.len()), &format!("{least} to {most}: {names}")))
+    }
+
+    /// One of `names`, or its number, a whole number below `end`.
+    pub(crate) fn index_or_name(&self, word: usize, what: &str, names: &[String], end: usize) -> Result<u32> {
+        let found = self.word(word);
+        let is = |name: &&String| name.as_str() == found;
+        let is_alike = |name: &&String| name.eq_ignore_ascii_case(found);
+        let named = names.iter().take(end).find(is).or_else(|| names.iter().take(end).find(is_alike));
+        if let Some(name) = named {
+            return Ok(names.iter().position(|other| other == name).unwrap_or(0) as u32);
+        }
+        self.index_below(word, what, end).map_err(|_| {
+            let known: Vec<&str> = names.iter().take(end.min(12)).map(String::as_str).collect();
+            let more = if end.min(names.len()) > 12 { ", ..." } else { "" };
+            let or = if known.is_empty() { String::new() } else { format!(", or one of {}{more}", known.join(", ")) };
+            wrong(self.number, found, &format!("{what}, a whole number below {end}{or}"))
+        })
+    }
+
     /// Refuses any other number of words.
     pub(crate) fn must_have(&self, count: usize, names: &str) -> Result<()> {
         if self.words.len() == count {

@@ -5,6 +5,9 @@ use clap::{Parser, ValueEnum, ValueHint};
 use crowd_stages::Technique;
 use std::path::PathBuf;
 
+/// `--walk` without a file.
+pub const AROUND: &str = "around";
+
 const USAGE: &str = "crowdplay [OPTIONS] <PACK>\n       crowdplay bench [OPTIONS] --ab <NAME,...> <PACK>\n       crowdplay --list-adapters\n       crowdplay --completions <SHELL>";
 
 const EXAMPLES: &str = "\
@@ -41,9 +44,15 @@ Examples:
 
 Files, one entry a line, # begins a comment:
   layout         first line `# crowd layout v1`, then x y z yaw_deg scale character clip phase_s
-                 (characters count from 0 in the order of --characters or the pack, clips in the character)
-  camera path    first line `# crowd camera path v1`, then time_s, eye x y z, target x y z, fov_deg
-                 (no commas)
+                 (names, or numbers from 0 in the order of --characters or the pack), or
+                 place LAYOUT count x z yaw_deg spacing_m seed
+  waypoints      first line `# crowd waypoints v1`, then `route WIDTH` and its points x z [wait_s]
+  camera path    first line `# crowd camera path v1`, then time_s, eye x y z, target x y z, fov_deg, or
+                 line seconds eye x y z target x y z fov_deg, or
+                 orbit seconds target x y z distance elevation_deg from_deg to_deg fov_deg, or
+                 walkthrough seconds low x z high x z eye_height fov_deg (no commas)
+  trajectories   JuPedSim's database; `# framerate: HZ` and lines id frame x y (Juelich archive); a heading with
+                 columns id, time or frame, x, y between blanks, commas, semicolons or tabs (Vadere, others)
 
 Exit codes:
   0 done   1 pack, layout, trajectories or camera path refused   2 usage   3 output not written
@@ -64,7 +73,8 @@ pub struct Args {
     #[arg(long, default_value_t = 10_000, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=4_000_000), help_heading = "Crowd")]
     pub count: u32,
 
-    /// Where they stand: grid, disc, ranks, street, or a layout file (its people are all the crowd)
+    /// Where they stand: grid, disc, ranks, street, seats (rings around a stage), or a layout file (its people are all the
+    /// crowd)
     #[arg(long, default_value = "grid", value_name = "NAME|FILE", help_heading = "Crowd")]
     pub layout: String,
 
@@ -73,6 +83,16 @@ pub struct Args {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["count", "layout", "spacing"],
           help_heading = "Crowd")]
     pub trajectories: Option<PathBuf>,
+
+    /// People that walk as a flock: keep apart, go the same way, stay together (Reynolds 1987); begins anew after 10 minutes
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000),
+          conflicts_with_all = ["count", "layout", "spacing", "trajectories", "walk"], help_heading = "Crowd")]
+    pub flock: Option<u32>,
+
+    /// People that walk along the waypoints of a file, or without one around a rectangle; how many says --count
+    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = AROUND, value_hint = ValueHint::FilePath,
+          conflicts_with_all = ["layout", "spacing", "trajectories"], help_heading = "Crowd")]
+    pub walk: Option<PathBuf>,
 
     /// Frames a second of trajectories that do not say theirs
     #[arg(long, value_name = "HZ", value_parser = rate, requires = "trajectories", help_heading = "Crowd")]
@@ -143,8 +163,9 @@ pub struct Args {
     #[arg(long, help_heading = "Level of detail")]
     pub snap_levels: bool,
 
-    /// A camera path file, with times, positions and fields of view
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath,
+    /// A camera that moves: orbit, line (corner to corner), walkthrough (1,000 frames through the crowd), or a camera path
+    /// file, with times, positions and fields of view
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath,
           conflicts_with_all = ["eye", "target", "orbit"], help_heading = "Camera")]
     pub camera_path: Option<PathBuf>,
 
@@ -161,6 +182,10 @@ pub struct Args {
     /// azimuth 0 looks the characters in the face
     #[arg(long, value_name = "AZ,EL,DIST", value_parser = triple, allow_hyphen_values = true, help_heading = "Camera")]
     pub orbit: Option<[f32; 3]>,
+
+    /// Write where the camera was, as a camera path file: as steered in the window, or frame by frame
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Camera")]
+    pub record_camera: Option<PathBuf>,
 
     /// Vertical field of view in degrees
     #[arg(long, default_value_t = 45.0, value_name = "DEGREES", value_parser = fov, help_heading = "Camera")]

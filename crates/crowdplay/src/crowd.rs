@@ -5,7 +5,7 @@ use crate::plan::{ClipPlan, CrowdPlan, HeightPlan, LayoutPlan};
 use crate::view::read_text;
 use crate::{Error, Result, stats};
 use crowd_pack::{ManifestCharacter, Pack};
-use crowd_scene::{Camera, Instance, Kind};
+use crowd_scene::{Camera, Instance, Kind, Layout};
 use crowd_stages::{CrowdData, InstanceRecord, LodChoice, cpu};
 use glam::Vec3;
 use std::path::Path;
@@ -92,7 +92,19 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
     let mut remarks = Vec::new();
     let clips = choose_clips(manifest, &characters, &plan.clips, &mut remarks)?;
     let factors = choose_factors(&data, manifest, &characters, &plan.height, &mut remarks)?;
-    let kinds: Vec<Kind> = (0..characters.len()).map(|k| kind(&data, characters[k], &clips[k], factors[k])).collect();
+    let clips = if plan.layout == LayoutPlan::Named(Layout::Seats) && plan.clips == ClipPlan::Usual {
+        seated(manifest, &characters, clips)
+    } else {
+        clips
+    };
+    let names_of = |c: u32| -> Vec<&str> { manifest[c as usize].clips.iter().map(|clip| clip.name.as_str()).collect() };
+    let kinds: Vec<Kind> = (0..characters.len())
+        .map(|k| Kind {
+            name: manifest[characters[k] as usize].name.clone(),
+            clip_names: names_of(characters[k]).into_iter().map(str::to_owned).collect(),
+            ..kind(&data, characters[k], &clips[k], factors[k])
+        })
+        .collect();
 
     let mut moving = None;
     let (placed, spacing_m) = match &plan.layout {
@@ -100,14 +112,11 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
             let spacing_m = plan.spacing_m.unwrap_or_else(|| usual_spacing(&kinds));
             (crowd_scene::place(*layout, plan.count, spacing_m, &kinds, &clips, plan.seed), spacing_m)
         }
-        LayoutPlan::File(path) => (read_layout(path, &kinds)?, 0.0),
+        LayoutPlan::File(path) => (read_layout(path, &kinds, &clips)?, 0.0),
         LayoutPlan::Feed(feed) => {
-            let feed = Feed::open(feed, &mut remarks)?;
-            let movers = (0..characters.len()).map(|k| {
-                let names: Vec<&str> =
-                    manifest[characters[k] as usize].clips.iter().map(|clip| clip.name.as_str()).collect();
-                mover(&data, characters[k], &names, &clips[k], factors[k])
-            });
+            let feed = Feed::open(feed, plan.seed, &mut remarks)?;
+            let movers = (0..characters.len())
+                .map(|k| mover(&data, characters[k], &names_of(characters[k]), &clips[k], factors[k]));
             let feed = Moving::new(feed, movers.collect(), plan.seed);
             (moving.insert(feed).everyone(), 0.0)
         }
@@ -127,10 +136,10 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
     Ok(Crowd { data, instances, summary, bounds, framed, remarks, moving, shown })
 }
 
-fn read_layout(path: &Path, kinds: &[Kind]) -> Result<Vec<Instance>> {
+fn read_layout(path: &Path, kinds: &[Kind], clips: &[Vec<u32>]) -> Result<Vec<Instance>> {
     let refused = |problem: String| Error::Scene { path: path.to_owned(), problem };
     let people =
-        crowd_scene::parse_layout(&read_text(path, LAYOUT_BYTES)?, kinds).map_err(|e| refused(e.to_string()))?;
+        crowd_scene::parse_layout(&read_text(path, LAYOUT_BYTES)?, kinds, clips).map_err(|e| refused(e.to_string()))?;
     if people.is_empty() {
         return Err(refused("found nobody, allowed at least one line with a person".to_owned()));
     }
@@ -210,6 +219,16 @@ fn choose_clips(
     Ok(chosen)
 }
 
+/// The clips of an audience: those in which a character sits, or else those in which it does not go anywhere.
+fn seated(manifest: &[ManifestCharacter], characters: &[u32], clips: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
+    let of = |(&character, usual): (&u32, Vec<u32>)| {
+        let names: Vec<&str> = manifest[character as usize].clips.iter().map(|clip| clip.name.as_str()).collect();
+        let choices = ["sit", "idle", "stand"].map(|word| named(&names, word));
+        choices.into_iter().find(|found| !found.is_empty()).unwrap_or(usual)
+    };
+    characters.iter().zip(clips).map(of).collect()
+}
+
 /// Clips called `word`, or else those whose name contains it; case does not count.
 fn named(names: &[&str], word: &str) -> Vec<u32> {
     let pick = |rule: &dyn Fn(&str) -> bool| -> Vec<u32> {
@@ -251,7 +270,7 @@ fn kind(data: &CrowdData, character: u32, clips: &[u32], factor: f32) -> Kind {
     let record = &data.characters[character as usize];
     let durations =
         (0..record.clip_count.max(1)).map(|i| data.clips[(record.clip_offset + i) as usize].duration_s).collect();
-    Kind { footprint_m: factor * footprint_m(data, character, clips), clip_durations_s: durations }
+    Kind { footprint_m: factor * footprint_m(data, character, clips), clip_durations_s: durations, ..Kind::default() }
 }
 
 /// Radius on the ground that holds nine tenths of the coarsest level's vertices at the start and in the middle of the

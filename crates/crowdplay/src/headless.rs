@@ -5,7 +5,7 @@ use crate::crowd::Crowd;
 use crate::picture::{write_file, write_stdout};
 use crate::plan::{DetailPlan, HeadlessPlan, Plan};
 use crate::stats::{self, Frame, Report, Timings};
-use crate::view::{Viewer, frame_config};
+use crate::view::{self, Viewer, frame_config};
 use crate::{Error, Result, Talk};
 use crowd_stages::{Fit, Levels, Weight};
 use std::io::Write;
@@ -29,9 +29,14 @@ pub fn render(
     let mut frames = Vec::new();
     let mut pictures = Vec::new();
     let mut warnings = Vec::new();
+    let mut recording = None;
     for number in 0..headless.frames {
         let time_s = headless.start_s + number as f32 * headless.dt_s;
-        let config = frame_config(&viewer.at(time_s), plan.size, time_s, &detail, budget);
+        let camera = viewer.at(time_s);
+        if plan.record_camera.is_some() {
+            view::record(&mut recording, time_s, &camera);
+        }
+        let config = frame_config(&camera, plan.size, time_s, &detail, budget);
         if crowd.advance(time_s) {
             backend.set_instances(&crowd.instances)?;
         }
@@ -57,6 +62,7 @@ pub fn render(
             }
         }
     }
+    write_recording(plan, recording.as_ref())?;
     say_what_came_out(headless, crowd, &frames, &pictures, budget, talk);
     let mut report = report(plan, &detail, crowd, budget, backend.word(), backend.describe());
     report.samples = samples;
@@ -67,6 +73,14 @@ pub fn render(
     report.pictures = pictures;
     report.warnings.extend(warnings);
     Ok(report)
+}
+
+/// Writes where the camera was, if that is wanted.
+pub fn write_recording(plan: &Plan, recording: Option<&crowd_scene::CameraPath>) -> Result<()> {
+    match (&plan.record_camera, recording) {
+        (Some(file), Some(path)) => write_file(file, path.write().as_bytes()),
+        _ => Ok(()),
+    }
 }
 
 fn say_what_came_out(

@@ -3,13 +3,17 @@
 use crate::crowd::UNUSUAL_CLIPS;
 use crate::plan::FeedPlan;
 use crate::{Error, Result};
-use crowd_scene::{Cast, GaitClip, Instance, Mover, Trajectories, Walker};
+use crowd_scene::{Cast, Flock, FlockRules, GaitClip, Instance, Mover, Trajectories, Walker, Waypoints};
 use crowd_stages::{CrowdData, InstanceRecord, LodChoice, cpu};
 use glam::Vec3;
 use std::path::Path;
 
 /// Bytes of a file of trajectories.
 const TRAJECTORY_BYTES: u64 = 1 << 30;
+/// Bytes of a file of waypoints.
+const WAYPOINT_BYTES: u64 = 16 << 20;
+/// Metres between people on a walk whose way nobody drew.
+const WALK_SPACING_M: f32 = 1.2;
 /// Vertices by which a clip's ground speed is measured.
 const MEASURED_VERTICES: u32 = 2_000;
 /// Times at which it is.
@@ -20,14 +24,18 @@ const MEASURED_TIMES: u32 = 24;
 pub enum Feed {
     /// From a simulator's file; begins anew after its end.
     Trajectories(Box<Trajectories>),
+    /// Simulated here.
+    Flock(Box<Flock>),
+    /// Along waypoints: the way, how many people, and the seed of their paces.
+    Walk(Waypoints, u32, u32),
 }
 
 impl Feed {
-    /// Opens what the plan asks for. Also what the reader has to say.
+    /// Opens what the plan asks for. Also what the reader has to say. `seed`: of directions and paces.
     ///
     /// # Errors
     /// [`Error::Scene`] for a file that was refused.
-    pub fn open(plan: &FeedPlan, remarks: &mut Vec<String>) -> Result<Self> {
+    pub fn open(plan: &FeedPlan, seed: u32, remarks: &mut Vec<String>) -> Result<Self> {
         match plan {
             FeedPlan::Trajectories { path, rate_hz } => {
                 refuse_unwritten(path)?;
@@ -38,6 +46,15 @@ impl Feed {
                 remarks.extend(ways.remarks().iter().map(|remark| format!("{}: {remark}", path.display())));
                 Ok(Self::Trajectories(Box::new(ways)))
             }
+            FeedPlan::Flock { count } => Ok(Self::Flock(Box::new(Flock::new(*count, seed, FlockRules::default())))),
+            FeedPlan::Walk { path: None, count } => {
+                Ok(Self::Walk(Waypoints::around(*count, WALK_SPACING_M), *count, seed))
+            }
+            FeedPlan::Walk { path: Some(path), count } => {
+                let text = crate::view::read_text(path, WAYPOINT_BYTES)?;
+                let refused = |e: crowd_scene::Error| Error::Scene { path: path.clone(), problem: e.to_string() };
+                Ok(Self::Walk(Waypoints::parse(&text).map_err(refused)?, *count, seed))
+            }
         }
     }
 
@@ -45,6 +62,16 @@ impl Feed {
     pub fn everyone(&self) -> Vec<Walker> {
         match self {
             Self::Trajectories(ways) => ways.everyone(),
+            Self::Flock(flock) => {
+                let mut walkers = Vec::new();
+                flock.people(&mut walkers);
+                walkers
+            }
+            Self::Walk(ways, count, seed) => {
+                let mut walkers = Vec::new();
+                ways.people_at(*count, *seed, 0.0, &mut walkers);
+                walkers
+            }
         }
     }
 
@@ -52,6 +79,12 @@ impl Feed {
     pub fn extent(&self) -> (Vec3, Vec3) {
         match self {
             Self::Trajectories(ways) => ways.extent(),
+            Self::Flock(flock) => {
+                // The place is round: its box would have empty corners.
+                let corner = 0.8 * Vec3::new(flock.radius_m(), 0.0, flock.radius_m());
+                (-corner, corner)
+            }
+            Self::Walk(ways, ..) => ways.extent(),
         }
     }
 
@@ -61,6 +94,11 @@ impl Feed {
                 let end_s = ways.end_s();
                 ways.people_at(if end_s > 0.0 { time_s.rem_euclid(end_s) } else { 0.0 }, walkers);
             }
+            Self::Flock(flock) => {
+                flock.advance_to(time_s);
+                flock.people(walkers);
+            }
+            Self::Walk(ways, count, seed) => ways.people_at(*count, *seed, time_s, walkers),
         }
     }
 }

@@ -16,6 +16,10 @@ pub fn refuse_shared(plan: &Plan) -> Result<()> {
         refuse("--report", report, &places(&taken))?;
         taken.push(("--report", report));
     }
+    if let Some(path) = &plan.record_camera {
+        refuse("--record-camera", path, &places(&taken))?;
+        taken.push(("--record-camera", path));
+    }
     let Show::Headless(HeadlessPlan { frames, out: Some(out), .. }) = &plan.show else { return Ok(()) };
     let taken = places(&taken);
     let mut files = (0..*frames).filter_map(|frame| out.file_of(frame, *frames));
@@ -36,6 +40,8 @@ fn inputs(plan: &Plan) -> Vec<(&'static str, &Path)> {
         LayoutPlan::Named(_) => {}
         LayoutPlan::File(path) => taken.push(("--layout", path)),
         LayoutPlan::Feed(FeedPlan::Trajectories { path, .. }) => taken.push(("--trajectories", path)),
+        LayoutPlan::Feed(FeedPlan::Walk { path: Some(path), .. }) => taken.push(("--walk", path)),
+        LayoutPlan::Feed(FeedPlan::Walk { path: None, .. } | FeedPlan::Flock { .. }) => {}
     }
     if let CameraPlan::Path { path } = &plan.camera {
         taken.push(("--camera-path", path));

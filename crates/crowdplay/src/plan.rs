@@ -1,6 +1,6 @@
 //! What the command line means: one plan, all defaults decided, no file opened yet.
 
-use crate::cli::{Args, BackendWord, FitWord, MetricWord, WeightWord};
+use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, WeightWord};
 use crate::{Error, Result};
 use crowd_scene::Layout;
 use crowd_stages::{DrawOptions, Fit, Levels, Technique, Weight};
@@ -30,6 +30,8 @@ pub struct Plan {
     pub size: [u32; 2],
     /// JSON report; `-` is standard output.
     pub report: Option<PathBuf>,
+    /// Where the camera went, as a camera path.
+    pub record_camera: Option<PathBuf>,
     /// Window or pictures.
     pub show: Show,
 }
@@ -75,6 +77,18 @@ pub enum FeedPlan {
         path: PathBuf,
         /// Frames a second, for a file that does not say.
         rate_hz: Option<f64>,
+    },
+    /// Reynolds' boids.
+    Flock {
+        /// People.
+        count: u32,
+    },
+    /// A walk along waypoints.
+    Walk {
+        /// The file; `None`: a rectangle with room for everyone.
+        path: Option<PathBuf>,
+        /// People.
+        count: u32,
     },
 }
 
@@ -156,6 +170,24 @@ pub enum CameraPlan {
         /// The file; it holds the fields of view, too.
         path: PathBuf,
     },
+    /// Made for the crowd, over time.
+    Way {
+        /// Which.
+        way: CameraWay,
+        /// Vertical field of view.
+        fov_y_rad: f32,
+    },
+}
+
+/// Camera paths that need no file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CameraWay {
+    /// Once around in 20 s.
+    Orbit,
+    /// From corner to corner in 20 s.
+    Straight,
+    /// Down, through, around and up again in 1,000 frames of 1/30 s.
+    Walkthrough,
 }
 
 /// What draws.
@@ -323,6 +355,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
         machine: MachinePlan { backend: args.backend, adapter: args.adapter.clone(), samples: args.msaa },
         size: args.size,
         report: args.report.clone(),
+        record_camera: args.record_camera.clone(),
         show,
     })
 }
@@ -332,17 +365,24 @@ fn layout(args: &Args) -> Result<LayoutPlan> {
         let rate_hz = args.trajectory_rate.map(f64::from);
         return Ok(LayoutPlan::Feed(FeedPlan::Trajectories { path: path.clone(), rate_hz }));
     }
-    Ok(match args.layout.as_str() {
-        "grid" => LayoutPlan::Named(Layout::Grid),
-        "disc" => LayoutPlan::Named(Layout::Disc),
-        "ranks" => LayoutPlan::Named(Layout::Ranks),
-        "street" => LayoutPlan::Named(Layout::Street),
+    if let Some(count) = args.flock {
+        return Ok(LayoutPlan::Feed(FeedPlan::Flock { count }));
+    }
+    if let Some(way) = &args.walk {
+        let path = (way.as_os_str() != AROUND).then(|| way.clone());
+        return Ok(LayoutPlan::Feed(FeedPlan::Walk { path, count: args.count }));
+    }
+    let word = args.layout.as_str();
+    if let Some(layout) = Layout::named(word) {
+        return Ok(LayoutPlan::Named(layout));
+    }
+    Ok(match word {
         file if file.contains(['.', '/', '\\']) => LayoutPlan::File(PathBuf::from(file)),
         other => {
             return Err(Error::Parameter {
                 option: "--layout",
                 found: other.to_owned(),
-                allowed: "grid, disc, ranks, street or a file".to_owned(),
+                allowed: format!("{}, or a file", Layout::names()),
             });
         }
     })
@@ -381,8 +421,14 @@ fn height(words: &[String]) -> Result<HeightPlan> {
 
 fn camera(args: &Args) -> Result<CameraPlan> {
     let fov_y_rad = args.fov.to_radians();
-    if let Some(path) = &args.camera_path {
-        return Ok(CameraPlan::Path { path: path.clone() });
+    if let Some(word) = &args.camera_path {
+        let way = match word.to_str() {
+            Some("orbit") => CameraWay::Orbit,
+            Some("line") => CameraWay::Straight,
+            Some("walkthrough") => CameraWay::Walkthrough,
+            _ => return Ok(CameraPlan::Path { path: word.clone() }),
+        };
+        return Ok(CameraPlan::Way { way, fov_y_rad });
     }
     if let (Some(eye), Some(target)) = (args.eye, args.target) {
         if eye == target {

@@ -1,7 +1,7 @@
 //! From the camera plan to the camera of a moment, and from a camera to the frame's numbers.
 
-use crate::crowd::Crowd;
-use crate::plan::{CameraPlan, DetailPlan};
+use crate::crowd::{Bounds, Crowd};
+use crate::plan::{CameraPlan, CameraWay, DetailPlan};
 use crate::{Error, Result};
 use crowd_scene::{Camera, CameraPath};
 use crowd_stages::{FrameConfig, FrameView};
@@ -39,6 +39,7 @@ impl Viewer {
                 let camera = Camera::orbit(target, *distance_m, *azimuth_rad, *elevation_rad);
                 Self::Still(Camera { fov_y_rad: *fov_y_rad, far_m: camera.far_m.max(far_m), ..camera })
             }
+            CameraPlan::Way { way, fov_y_rad } => Self::Path(made_for(*way, crowd, *fov_y_rad), crowd.framed),
             CameraPlan::Path { path } => {
                 let text = read_text(path, PATH_BYTES)?;
                 let refused = |e: crowd_scene::Error| Error::Scene { path: path.clone(), problem: e.to_string() };
@@ -53,6 +54,31 @@ impl Viewer {
             Self::Still(camera) => *camera,
             Self::Path(path, planes) => path.at(time_s, planes),
         }
+    }
+}
+
+/// A camera path through or around this crowd.
+fn made_for(way: CameraWay, crowd: &Crowd, fov_y_rad: f32) -> CameraPath {
+    let Bounds { min, max, height_m } = crowd.bounds;
+    let eye_m = 0.94 * height_m;
+    match way {
+        CameraWay::Orbit => {
+            let arm = crowd.framed.eye - crowd.bounds.middle();
+            let from = libm::atan2f(arm.x, arm.z);
+            let across = libm::sqrtf(arm.x * arm.x + arm.z * arm.z);
+            let around = [from, from + std::f32::consts::TAU];
+            CameraPath::orbit(crowd.bounds.middle(), arm.length(), libm::atan2f(arm.y, across), around, 20.0, fov_y_rad)
+        }
+        CameraWay::Straight => CameraPath::straight(min, max, 2.5 * height_m, 20.0, fov_y_rad),
+        CameraWay::Walkthrough => CameraPath::walkthrough(min, max, eye_m, 999.0 / 30.0, fov_y_rad),
+    }
+}
+
+/// Adds a camera to a recording that may have to begin.
+pub fn record(recording: &mut Option<CameraPath>, time_s: f32, camera: &Camera) {
+    match recording {
+        Some(path) => path.record(time_s, camera),
+        None => *recording = Some(CameraPath::starting(time_s, camera)),
     }
 }
 

@@ -7,13 +7,13 @@ use crate::cpu_backend::CpuBackend;
 use crate::crowd::Crowd;
 use crate::gpu_backend::{Canvas, bake_frame, renderer_options};
 use crate::gpu_device::{self, Gpu};
-use crate::headless::report;
+use crate::headless::{report, write_recording};
 use crate::overlay::{self, Knobs, Readings};
 use crate::picture::{Picture, write_file};
 use crate::plan::{DetailPlan, MachinePlan, Plan};
 use crate::stats::{Frame, Report, Timings};
 use crate::surface::Screen;
-use crate::view::{Viewer, frame_config};
+use crate::view::{self, Viewer, frame_config};
 use crate::{Error, Result, Talk};
 use crowd_stages::gpu::CrowdRenderer;
 use crowd_stages::{FrameConfig, FrameTotals};
@@ -49,6 +49,7 @@ pub fn show(plan: &Plan, frames: Option<u32>, crowd: Crowd, talk: &mut Talk<'_>)
         what: "the window was closed before the first frame".to_owned(),
         remedy: REMEDY,
     })?;
+    write_recording(plan, running.recording.as_ref())?;
     Ok(running.into_report(plan, &app.crowd))
 }
 
@@ -155,6 +156,10 @@ struct Running {
     frame_count: u32,
     /// Kept only when a report is wanted.
     frames: Option<Vec<Frame>>,
+    /// Where the camera was by the window's clock, kept only when that is wanted.
+    recording: Option<crowd_scene::CameraPath>,
+    records: bool,
+    shown_s: f32,
 }
 
 impl Running {
@@ -235,6 +240,9 @@ impl Running {
             last_frame: Instant::now(),
             frame_count: 0,
             frames: plan.report.is_some().then(Vec::new),
+            recording: None,
+            records: plan.record_camera.is_some(),
+            shown_s: 0.0,
         })
     }
 
@@ -334,6 +342,10 @@ impl Running {
         }
         let detail = self.detail();
         let camera = self.control.camera();
+        if self.records {
+            view::record(&mut self.recording, self.shown_s, &camera);
+            self.shown_s += dt_s;
+        }
         let config = frame_config(&camera, self.screen.size(), self.readings.time_s, &detail, self.knobs.budget);
         if std::mem::take(&mut self.knobs.screenshot) {
             self.save_picture(crowd, &config, talk);

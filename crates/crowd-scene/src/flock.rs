@@ -1,0 +1,357 @@
+//! A flock of people on the ground: Reynolds' boids (1987; steering as in his "Steering Behaviors", 1999).
+//!
+//! Each person keeps apart from those near, turns the way the others go, stays with them, and turns back at the rim of a
+//! round place. The step is fixed and everyone looks at the state before it, so the result is the same for any number of
+//! threads and for any way in which a time is reached forwards.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use crate::dice::{Dice, Purpose};
+use crate::walker::{Gait, Walker, wrapped};
+
+/// After this time a flock begins anew, seconds: whoever asks for a time waits for its steps.
+pub const FLOCK_LOOP_S: f32 = 600.0;
+/// Seconds of a step.
+const STEP_S: f32 = 1.0 / 30.0;
+/// Who is nearer is a neighbour, metres; also the side of a cell of the grid.
+const SIGHT_M: f32 = 3.0;
+/// Nobody follows more neighbours than this: the own cell's first, in order of number. Everyone keeps apart from all.
+const MOST_FOLLOWED: usize = 24;
+/// Two people's bodies: who is nearer is pushed away, metres.
+const BODIES_M: f32 = 0.55;
+/// By at most this in a step.
+const MOST_PUSH_M: f32 = 0.03;
+/// Square metres a person.
+const ROOM_M2: f32 = 2.6;
+/// Accelerations at most, m/s²: people are no cars.
+const MOST_M_S2: f32 = 3.0;
+/// Facing follows the velocity by this share a second.
+const TURN_HZ: f32 = 5.0;
+
+/// Weights of the flock's rules. Distances in metres, speeds in metres a second.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlockRules {
+    /// Keeps apart from those within `apart_m`.
+    pub separation: f32,
+    /// Takes on the neighbours' mean velocity.
+    pub alignment: f32,
+    /// Goes towards the neighbours' middle.
+    pub cohesion: f32,
+    /// Comfortable distance.
+    pub apart_m: f32,
+    /// Slowest and fastest; each person wants a pace between them.
+    pub speed_m_s: [f32; 2],
+}
+
+impl Default for FlockRules {
+    fn default() -> Self {
+        Self { separation: 3.0, alignment: 0.9, cohesion: 0.2, apart_m: 1.1, speed_m_s: [0.5, 2.6] }
+    }
+}
+
+/// The flock at one time.
+#[derive(Debug, Clone)]
+pub struct Flock {
+    rules: FlockRules,
+    seed: u32,
+    radius_m: f32,
+    steps: u32,
+    people: Vec<Boid>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Boid {
+    place: Vec2,
+    velocity: Vec2,
+    yaw_rad: f32,
+    walked_m: f32,
+    /// The speed this person likes.
+    pace_m_s: f32,
+    gait: Gait,
+}
+
+impl Flock {
+    /// `count` people around the origin at time 0, walking on.
+    pub fn new(count: u32, seed: u32, rules: FlockRules) -> Self {
+        let radius_m = libm::sqrtf(count as f32 * ROOM_M2 / PI).max(3.0);
+        Self { rules, seed, radius_m, steps: 0, people: start(count, seed, radius_m, &rules) }
+    }
+
+    /// Radius of the place, metres; people turn back at its rim and go a few metres beyond at most.
+    pub fn radius_m(&self) -> f32 {
+        self.radius_m
+    }
+
+    /// Goes on to `time_s`, step by step; to an earlier time from the start again. After [`FLOCK_LOOP_S`] the flock begins
+    /// anew. A step of 10,000 people takes some milliseconds of one core.
+    pub fn advance_to(&mut self, time_s: f32) {
+        let time_s = if time_s > 0.0 { time_s % FLOCK_LOOP_S } else { 0.0 };
+        let wanted = (time_s / STEP_S) as u32;
+        if wanted < self.steps {
+            self.people = start(self.people.len() as u32, self.seed, self.radius_m, &self.rules);
+            self.steps = 0;
+        }
+        while self.steps < wanted {
+            self.step();
+        }
+    }
+
+    /// Fills `walkers` with everyone, in order of their numbers.
+    pub fn people(&self, walkers: &mut Vec<Walker>) {
+        walkers.clear();
+        walkers.extend(self.people.iter().zip(0..).map(|(boid, id)| Walker {
+            id,
+            position: Vec3::new(boid.place.x, 0.0, boid.place.y),
+            yaw_rad: boid.yaw_rad,
+            speed_m_s: boid.velocity.length(),
+            gait: boid.gait,
+            walked_m: boid.walked_m,
+        }));
+    }
+
+    fn step(&mut self) {
+        let grid = Grid::new(&self.people);
+        let next = |i: usize| self.moved(i, &grid);
+        let people: Vec<Boid> = (0..self.people.len()).into_par_iter().map(next).collect();
+        self.people = people;
+        self.steps += 1;
+    }
+
+    fn moved(&self, i: usize, grid: &Grid) -> Boid {
+        let mut boid = self.people[i];
+        let (pull, push) = self.steer(i, grid);
+        let [slowest, fastest] = self.rules.speed_m_s;
+        let velocity = boid.velocity + pull.clamp_length_max(MOST_M_S2) * STEP_S;
+        // Back to the pace this person likes.
+        let speed = velocity.length();
+        let speed = (speed + (boid.pace_m_s - speed) * 0.5 * STEP_S).clamp(slowest, fastest);
+        boid.velocity = velocity.normalize_or(Vec2::Y) * speed;
+        boid.place += boid.velocity * STEP_S + push.clamp_length_max(MOST_PUSH_M);
+        boid.walked_m += speed * STEP_S;
+        let goal = libm::atan2f(boid.velocity.x, boid.velocity.y);
+        boid.yaw_rad = wrapped(boid.yaw_rad + wrapped(goal - boid.yaw_rad) * (TURN_HZ * STEP_S).min(1.0));
+        boid.gait = boid.gait.at_speed(speed);
+        boid
+    }
+
+    /// Reynolds' three rules and the rim, as an acceleration; and out of others' bodies, metres.
+    fn steer(&self, i: usize, grid: &Grid) -> (Vec2, Vec2) {
+        let me = &self.people[i];
+        let mut push = Vec2::ZERO;
+        let (mut apart, mut velocities, mut places, mut count) = (Vec2::ZERO, Vec2::ZERO, Vec2::ZERO, 0);
+        grid.around(me.place, |j| {
+            let other = &self.people[j as usize];
+            let away = me.place - other.place;
+            let distance = away.length();
+            if j as usize == i || distance > SIGHT_M {
+                return;
+            }
+            if count < MOST_FOLLOWED {
+                count += 1;
+                velocities += other.velocity;
+                places += other.place;
+            }
+            if distance < self.rules.apart_m {
+                // Two in one spot part by their numbers.
+                let sideways = if (j as usize) < i { Vec2::X } else { Vec2::NEG_X };
+                let away = away.normalize_or(sideways);
+                apart += away * (self.rules.apart_m / distance.max(0.05) - 1.0).min(8.0);
+                push += away * (0.5 * (BODIES_M - distance).max(0.0));
+            }
+        });
+        let mut pull = self.rules.separation * apart;
+        if count > 0 {
+            let mean = 1.0 / count as f32;
+            pull += self.rules.alignment * (velocities * mean - me.velocity);
+            pull += self.rules.cohesion * (places * mean - me.place);
+        }
+        let beyond = me.place.length() - self.radius_m * 0.92;
+        if beyond > 0.0 {
+            // Inwards, and around rather than straight back.
+            let inwards = -me.place.normalize_or(Vec2::Y);
+            let around = if inwards.perp_dot(me.velocity) < 0.0 { -inwards.perp() } else { inwards.perp() };
+            pull += (inwards + 0.6 * around) * (1.0 + beyond);
+        }
+        (pull, push)
+    }
+}
+
+/// A sunflower as in the layout, everyone with a direction and a pace of their own.
+fn start(count: u32, seed: u32, radius_m: f32, rules: &FlockRules) -> Vec<Boid> {
+    const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
+    let [slowest, fastest] = rules.speed_m_s;
+    let boid = |index: u32| {
+        let dice = Dice { seed, index };
+        let angle = f64::from(index) * GOLDEN_ANGLE_RAD;
+        let out = radius_m * 0.95 * libm::sqrtf((index as f32 + 0.5) / count.max(1) as f32);
+        let (sin, cos) = libm::sincos(angle);
+        let yaw_rad = PI * dice.around_zero(Purpose::Yaw);
+        let pace_m_s = (1.3 + 0.35 * dice.around_zero(Purpose::Pace)).clamp(slowest, fastest);
+        let (sin_yaw, cos_yaw) = libm::sincosf(yaw_rad);
+        Boid {
+            place: Vec2::new(sin as f32, cos as f32) * out,
+            velocity: Vec2::new(sin_yaw, cos_yaw) * pace_m_s,
+            yaw_rad,
+            walked_m: 0.0,
+            pace_m_s,
+            gait: Gait::Walk,
+        }
+    };
+    (0..count).map(boid).collect()
+}
+
+/// People by cells of [`SIGHT_M`], in order of their numbers within a cell.
+struct Grid {
+    low: Vec2,
+    columns: usize,
+    rows: usize,
+    /// First entry of each cell in `members`, and the end.
+    starts: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl Grid {
+    fn new(people: &[Boid]) -> Self {
+        let places = people.iter().map(|boid| boid.place);
+        let (low, high) = places.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        // Far fewer cells than people need would be slow, far more would be large: both end at 4096 a side.
+        let cells = |extent: f32| ((extent / SIGHT_M) as usize + 1).min(4096);
+        let (columns, rows) = if people.is_empty() { (1, 1) } else { (cells(high.x - low.x), cells(high.y - low.y)) };
+        let mut grid = Self { low, columns, rows, starts: vec![0; columns * rows + 1], members: vec![0; people.len()] };
+        for boid in people {
+            let cell = grid.cell(boid.place);
+            grid.starts[cell + 1] += 1;
+        }
+        for cell in 0..columns * rows {
+            grid.starts[cell + 1] += grid.starts[cell];
+        }
+        let mut next = grid.starts.clone();
+        for (boid, number) in people.iter().zip(0..) {
+            let cell = grid.cell(boid.place);
+            grid.members[next[cell] as usize] = number;
+            next[cell] += 1;
+        }
+        grid
+    }
+
+    fn column_and_row(&self, place: Vec2) -> (usize, usize) {
+        let at = (place - self.low) / SIGHT_M;
+        ((at.x.max(0.0) as usize).min(self.columns - 1), (at.y.max(0.0) as usize).min(self.rows - 1))
+    }
+
+    fn cell(&self, place: Vec2) -> usize {
+        let (column, row) = self.column_and_row(place);
+        row * self.columns + column
+    }
+
+    /// Calls `see` with everyone in the nine cells around a place, the own cell first.
+    fn around(&self, place: Vec2, mut see: impl FnMut(u32)) {
+        const CELLS: [(isize, isize); 9] =
+            [(0, 0), (0, -1), (-1, 0), (1, 0), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];
+        let (column, row) = self.column_and_row(place);
+        for (dx, dy) in CELLS {
+            let (x, y) = (column.wrapping_add_signed(dx), row.wrapping_add_signed(dy));
+            if x >= self.columns || y >= self.rows {
+                continue;
+            }
+            let cell = y * self.columns + x;
+            self.members[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+                .iter()
+                .for_each(|&member| see(member));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn after(count: u32, seed: u32, time_s: f32) -> Vec<Walker> {
+        let mut flock = Flock::new(count, seed, FlockRules::default());
+        flock.advance_to(time_s);
+        let mut walkers = Vec::new();
+        flock.people(&mut walkers);
+        walkers
+    }
+
+    #[test]
+    fn a_flock_is_the_same_for_any_number_of_threads() {
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            pool.install(|| after(700, 3, 2.0))
+        };
+        assert_eq!(on(1), on(4));
+        assert_ne!(on(1), after(700, 4, 2.0));
+    }
+
+    #[test]
+    fn a_time_is_the_same_however_it_is_reached() {
+        let mut flock = Flock::new(200, 1, FlockRules::default());
+        for time_s in [0.5, 1.7, 3.0, 1.0] {
+            flock.advance_to(time_s);
+        }
+        let mut walkers = Vec::new();
+        flock.people(&mut walkers);
+        assert_eq!(walkers, after(200, 1, 1.0));
+    }
+
+    #[test]
+    fn people_keep_apart_stay_in_their_place_and_walk() {
+        let walkers = after(600, 2, 30.0);
+        let radius = Flock::new(600, 2, FlockRules::default()).radius_m();
+        let mut crowded = 0;
+        for (i, a) in walkers.iter().enumerate() {
+            assert!(a.position.length() < radius + 4.0, "{} of {radius}", a.position.length());
+            assert!((0.49..=2.61).contains(&a.speed_m_s) && a.walked_m > 10.0);
+            let nearest =
+                walkers.iter().enumerate().filter(|&(j, _)| j != i).map(|(_, b)| a.position.distance(b.position));
+            crowded += usize::from(nearest.fold(f32::INFINITY, f32::min) < 0.45);
+        }
+        assert!(crowded < 12, "{crowded} of 600 touch someone");
+    }
+
+    #[test]
+    fn neighbours_come_to_go_the_same_way() {
+        // Of pairs of neighbours, the mean cosine between their directions.
+        let agreement = |walkers: &[Walker]| {
+            let (mut sum, mut count) = (0.0, 0);
+            for a in walkers {
+                for b in walkers.iter().filter(|b| b.id != a.id && b.position.distance(a.position) < 2.0) {
+                    sum += libm::cosf(a.yaw_rad - b.yaw_rad);
+                    count += 1;
+                }
+            }
+            sum / count.max(1) as f32
+        };
+        let mut rules = FlockRules { alignment: 0.0, cohesion: 0.0, ..FlockRules::default() };
+        let run = |rules: FlockRules| {
+            let mut flock = Flock::new(300, 5, rules);
+            flock.advance_to(20.0);
+            let mut walkers = Vec::new();
+            flock.people(&mut walkers);
+            walkers
+        };
+        let without = agreement(&run(rules));
+        rules = FlockRules::default();
+        let with = agreement(&run(rules));
+        assert!(with > 0.8 && with > without + 0.2, "{with} against {without}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+        #[test]
+        fn any_flock_is_finite(count in 0_u32..80, seed: u32, apart in 0.1_f32..3.0, weight in 0.0_f32..50.0) {
+            let rules = FlockRules { separation: weight, cohesion: weight, apart_m: apart, ..FlockRules::default() };
+            let mut flock = Flock::new(count, seed, rules);
+            flock.advance_to(2.0);
+            let mut walkers = Vec::new();
+            flock.people(&mut walkers);
+            prop_assert_eq!(walkers.len(), count as usize);
+            prop_assert!(walkers.iter().all(|w| w.position.is_finite() && w.yaw_rad.is_finite()));
+        }
+    }
+}
