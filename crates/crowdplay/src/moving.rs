@@ -4,7 +4,7 @@ use crate::crowd::UNUSUAL_CLIPS;
 use crate::plan::FeedPlan;
 use crate::{Error, Result};
 use crowd_scene::{Cast, Flock, FlockRules, GaitClip, Instance, Mover, Trajectories, Walker, Waypoints};
-use crowd_stages::{CrowdData, InstanceRecord, LodChoice, cpu};
+use crowd_stages::CrowdData;
 use glam::Vec3;
 use std::path::Path;
 
@@ -14,10 +14,6 @@ const TRAJECTORY_BYTES: u64 = 1 << 30;
 const WAYPOINT_BYTES: u64 = 16 << 20;
 /// Metres between people on a walk whose way nobody drew.
 const WALK_SPACING_M: f32 = 1.2;
-/// Vertices by which a clip's ground speed is measured.
-const MEASURED_VERTICES: u32 = 2_000;
-/// Times at which it is.
-const MEASURED_TIMES: u32 = 24;
 
 /// Who is where at a time.
 #[derive(Debug, Clone)]
@@ -193,38 +189,9 @@ fn gait_clip(data: &CrowdData, character: u32, clip: u32) -> GaitClip {
     GaitClip {
         clip,
         duration_s: stored.duration_s,
-        ground_speed_m_s: if leaves { moved.length() / stored.duration_s } else { ground_speed(data, character, clip) },
+        ground_speed_m_s: stored.ground_speed_m_s,
         displacement_m: if leaves { moved } else { Vec3::ZERO },
     }
-}
-
-/// Metres a second at which the feet of a clip that stays in place stand still on the ground: the median speed, backwards,
-/// of whatever is within 3 % of the height above the lowest point of the clip. 0 where that is no walk.
-fn ground_speed(data: &CrowdData, character: u32, clip: u32) -> f32 {
-    let record = &data.characters[character as usize];
-    let stored = &data.clips[(record.clip_offset + clip) as usize];
-    if stored.duration_s <= 0.0 || stored.frame_count < 3 {
-        return 0.0;
-    }
-    let level = data.lods[(record.lod_offset + record.vertex_count.min(MEASURED_VERTICES)) as usize];
-    let choice = LodChoice { vertex_count: level.vertex_count, triangle_count: level.triangle_count };
-    let instance = InstanceRecord { scale: 1.0, character, clip: record.clip_offset + clip, ..Default::default() };
-    let step_s = stored.duration_s / MEASURED_TIMES as f32;
-    // Within one interval of frames, so that the speed is that of the feet and not of the blend.
-    let dt_s = 0.25 * stored.duration_s / (stored.frame_count - 1) as f32;
-    let pose = |time_s: f32| cpu::pose_instance(data, &instance, choice, time_s).positions;
-    let pairs: Vec<_> = (0..MEASURED_TIMES).map(|i| i as f32 * step_s).map(|t| (pose(t), pose(t + dt_s))).collect();
-    let lowest = pairs.iter().flat_map(|(a, _)| a).map(|p| p[1]).fold(f32::INFINITY, f32::min);
-    let planted = lowest + 0.03 * record.height_m;
-    let mut speeds: Vec<f32> = pairs
-        .iter()
-        .flat_map(|(a, b)| a.iter().zip(b))
-        .filter(|(p, q)| p[1] <= planted && q[1] <= planted)
-        .map(|(p, q)| (p[2] - q[2]) / dt_s)
-        .collect();
-    speeds.sort_by(f32::total_cmp);
-    let speed = speeds.get(speeds.len() / 2).copied().unwrap_or(0.0);
-    if speed > 0.1 * record.height_m { speed } else { 0.0 }
 }
 
 #[cfg(test)]
