@@ -150,6 +150,26 @@ fn a_moving_camera_is_recorded_and_played_again() {
     assert_eq!(ran.code, 2, "{}", ran.stderr);
 }
 
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1")]
+#[test]
+fn the_walkable_area_is_ground_and_walls_on_gpu_and_cpu() {
+    let scene = Scene::new();
+    let file = fixture("crossing.sqlite");
+    // Before anybody but one has come, so that the picture is the area's.
+    let words = |backend| ["--trajectories", &file, "--size", "192x108", "--time", "0", "--backend", backend];
+    let (gpu, cpu) = (scene.picture(&words("gpu")), scene.picture(&words("cpu")));
+    let far = |a: &image::Rgb<u8>, b: &image::Rgb<u8>| a.0.iter().zip(b.0).any(|(&x, y)| x.abs_diff(y) > 6);
+    let differ = gpu.pixels().zip(cpu.pixels()).filter(|(a, b)| far(a, b)).count();
+    assert!(differ < 192 * 108 / 50, "{differ} pixels differ");
+    let bare = scene.path("bare.csv");
+    std::fs::write(&bare, "id,time,x,y\n1,0,0,0\n1,1,1,0\n2,0,16,16\n").expect("our folder");
+    // Ground and walls are of a warmer grey than the endless plane and the sky.
+    let warm = |picture: &image::RgbImage| picture.pixels().filter(|p| p.0[0] > p.0[2].saturating_add(14)).count();
+    let plain = scene.picture(&["--trajectories", &bare, "--size", "192x108", "--backend", "cpu"]);
+    assert!(warm(&cpu) > 192 * 108 / 20, "{}", warm(&cpu));
+    assert!(warm(&plain) < 192 * 108 / 50, "{}", warm(&plain));
+}
+
 fn sample(name: &str) -> Vec<u8> {
     let path = crowd_tests::folders::assets().join("trajectories").join(name);
     std::fs::read(Path::new(&path)).unwrap_or_else(|e| panic!("{}: {e}", path.display()))

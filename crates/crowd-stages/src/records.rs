@@ -380,6 +380,18 @@ pub struct SortPass {
     pub reserved: u32,
 }
 
+/// A corner of the scenery, 28 bytes; goes to the GPU as a vertex buffer.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct SceneryVertex {
+    /// World, metres.
+    pub position: [f32; 3],
+    /// Linear RGBA8, red first.
+    pub color: [u8; 4],
+    /// World, unit.
+    pub normal: [f32; 3],
+}
+
 /// Bits of [`FrameTotals::overflow`].
 pub mod overflow {
     /// The coarsest levels alone exceed the budget.

@@ -2,6 +2,7 @@
 
 use crate::crowd::Crowd;
 use crate::picture::Picture;
+use crate::scenery::Scenery;
 use crate::{Error, Result};
 use crowd_pack::{CharacterRecord, LodRecord, MaterialRecord, NONE, VertexRecord, material_flags};
 use crowd_raster::{Batch, Fill, Material, Mip, Target, Texture, View, Wrap};
@@ -81,6 +82,7 @@ impl CpuBackend {
         };
         crowd_raster::draw_sky(&mut self.target, &view);
         crowd_raster::draw_ground(&mut self.target, &view);
+        draw_scenery(&mut self.target, &view, &crowd.scenery);
         let grounded = Instant::now();
         let mut batch = BatchBuilder::new(crowd.data.characters.len());
         let drawn: Vec<usize> = (0..crowd.instances.len()).filter(|&i| frame.choices[i].triangle_count > 0).collect();
@@ -132,6 +134,39 @@ impl CpuBackend {
     pub fn timings_ms(&self) -> Vec<(&'static str, f32)> {
         self.timings_ms.clone()
     }
+}
+
+/// Ground and walls: a few triangles, gathered anew each frame.
+fn draw_scenery(target: &mut Target, view: &View, scenery: &Scenery) {
+    if scenery.triangles.is_empty() {
+        return;
+    }
+    let Scenery { vertices, triangles } = scenery;
+    let plain = Material {
+        base_color: [1.0; 4],
+        texture: None,
+        wrap_u: Wrap::Repeat,
+        wrap_v: Wrap::Repeat,
+        alpha_cutoff: 0.0,
+        double_sided: false,
+        unlit: false,
+        flat: false,
+    };
+    let positions: Vec<[f32; 3]> = vertices.iter().map(|vertex| vertex.position).collect();
+    let normals: Vec<[f32; 3]> = vertices.iter().map(|vertex| vertex.normal).collect();
+    let colors: Vec<[u8; 4]> = vertices.iter().map(|vertex| vertex.color).collect();
+    let batch = Batch {
+        positions: &positions,
+        normals: &normals,
+        uvs: &vec![[0.0; 2]; vertices.len()],
+        colors: &colors,
+        vertex_materials: &vec![0; vertices.len()],
+        triangles,
+        materials: &[plain],
+        textures: &[],
+        fill: Fill::Shaded,
+    };
+    crowd_raster::draw(target, view, &batch);
 }
 
 /// Several posed instances as one list of triangles. Kept between batches, so that its memory is, too.

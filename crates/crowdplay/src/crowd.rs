@@ -2,6 +2,7 @@
 
 use crate::moving::{Feed, Moving, mover};
 use crate::plan::{ClipPlan, CrowdPlan, HeightPlan, LayoutPlan};
+use crate::scenery::Scenery;
 use crate::view::read_text;
 use crate::{Error, Result, stats};
 use crowd_pack::{ManifestCharacter, Pack};
@@ -27,6 +28,8 @@ pub struct Crowd {
     pub remarks: Vec<String>,
     /// A crowd that moves: `instances` are everyone it ever has until [`Crowd::advance`] says who is there.
     pub moving: Option<Moving>,
+    /// What stands still around the crowd.
+    pub scenery: Scenery,
     /// By the moving crowd's characters: the pack's character and the factor it is shown with.
     shown: Vec<(u32, f32)>,
 }
@@ -114,7 +117,7 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
         }
         LayoutPlan::File(path) => (read_layout(path, &kinds, &clips)?, 0.0),
         LayoutPlan::Feed(feed) => {
-            let feed = Feed::open(feed, plan.seed, &mut remarks)?;
+            let feed = Feed::open(feed, plan.count, plan.seed, &mut remarks)?;
             let movers = (0..characters.len())
                 .map(|k| mover(&data, characters[k], &names_of(characters[k]), &clips[k], factors[k]));
             let feed = Moving::new(feed, movers.collect(), plan.seed);
@@ -133,7 +136,8 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
         None => crowd_scene::frame_crowd(&placed, bounds.height_m, aspect),
     };
     let summary = summary(&data, manifest, &characters, &clips, &instances, spacing_m, plan.seed);
-    Ok(Crowd { data, instances, summary, bounds, framed, remarks, moving, shown })
+    let scenery = moving.as_ref().map_or(Ok(Scenery::default()), Moving::scenery)?;
+    Ok(Crowd { data, instances, summary, bounds, framed, remarks, moving, scenery, shown })
 }
 
 fn read_layout(path: &Path, kinds: &[Kind], clips: &[Vec<u32>]) -> Result<Vec<Instance>> {

@@ -18,6 +18,7 @@ pub mod output_paths;
 pub mod overlay;
 pub mod picture;
 pub mod plan;
+pub mod scenery;
 pub mod stats;
 pub mod surface;
 pub mod view;

@@ -2,6 +2,7 @@
 
 use crate::crowd::UNUSUAL_CLIPS;
 use crate::plan::FeedPlan;
+use crate::scenery::Scenery;
 use crate::{Error, Result};
 use crowd_scene::{Cast, Flock, FlockRules, GaitClip, Instance, Mover, Trajectories, Walker, Waypoints};
 use crowd_stages::CrowdData;
@@ -27,11 +28,12 @@ pub enum Feed {
 }
 
 impl Feed {
-    /// Opens what the plan asks for. Also what the reader has to say. `seed`: of directions and paces.
+    /// Opens what the plan asks for. Also what the reader has to say. `count`: people on a walk; `seed`: of directions and
+    /// paces.
     ///
     /// # Errors
     /// [`Error::Scene`] for a file that was refused.
-    pub fn open(plan: &FeedPlan, seed: u32, remarks: &mut Vec<String>) -> Result<Self> {
+    pub fn open(plan: &FeedPlan, count: u32, seed: u32, remarks: &mut Vec<String>) -> Result<Self> {
         match plan {
             FeedPlan::Trajectories { path, rate_hz } => {
                 refuse_unwritten(path)?;
@@ -43,13 +45,11 @@ impl Feed {
                 Ok(Self::Trajectories(Box::new(ways)))
             }
             FeedPlan::Flock { count } => Ok(Self::Flock(Box::new(Flock::new(*count, seed, FlockRules::default())))),
-            FeedPlan::Walk { path: None, count } => {
-                Ok(Self::Walk(Waypoints::around(*count, WALK_SPACING_M), *count, seed))
-            }
-            FeedPlan::Walk { path: Some(path), count } => {
+            FeedPlan::Walk { path: None } => Ok(Self::Walk(Waypoints::around(count, WALK_SPACING_M), count, seed)),
+            FeedPlan::Walk { path: Some(path) } => {
                 let text = crate::view::read_text(path, WAYPOINT_BYTES)?;
                 let refused = |e: crowd_scene::Error| Error::Scene { path: path.clone(), problem: e.to_string() };
-                Ok(Self::Walk(Waypoints::parse(&text).map_err(refused)?, *count, seed))
+                Ok(Self::Walk(Waypoints::parse(&text).map_err(refused)?, count, seed))
             }
         }
     }
@@ -141,6 +141,19 @@ impl Moving {
     /// Corners of the ground that people ever stand on.
     pub fn extent(&self) -> (Vec3, Vec3) {
         self.feed.extent()
+    }
+
+    /// Ground and walls, where the feed knows any.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for an area of too many pieces.
+    pub fn scenery(&self) -> Result<Scenery> {
+        let area = match &self.feed {
+            Feed::Trajectories(ways) => ways.area(),
+            Feed::Flock(_) | Feed::Walk(..) => None,
+        };
+        let refused = |e: crowd_scene::Error| Error::Scene { path: "--trajectories".into(), problem: e.to_string() };
+        area.map_or(Ok(Scenery::default()), |area| Scenery::of_area(area).map_err(refused))
     }
 
     /// Those present at a time.

@@ -40,8 +40,8 @@ fn inputs(plan: &Plan) -> Vec<(&'static str, &Path)> {
         LayoutPlan::Named(_) => {}
         LayoutPlan::File(path) => taken.push(("--layout", path)),
         LayoutPlan::Feed(FeedPlan::Trajectories { path, .. }) => taken.push(("--trajectories", path)),
-        LayoutPlan::Feed(FeedPlan::Walk { path: Some(path), .. }) => taken.push(("--walk", path)),
-        LayoutPlan::Feed(FeedPlan::Walk { path: None, .. } | FeedPlan::Flock { .. }) => {}
+        LayoutPlan::Feed(FeedPlan::Walk { path: Some(path) }) => taken.push(("--walk", path)),
+        LayoutPlan::Feed(FeedPlan::Walk { path: None } | FeedPlan::Flock { .. }) => {}
     }
     if let CameraPlan::Path { path } = &plan.camera {
         taken.push(("--camera-path", path));

@@ -83,12 +83,10 @@ pub enum FeedPlan {
         /// People.
         count: u32,
     },
-    /// A walk along waypoints.
+    /// A walk along waypoints, of as many people as the crowd has.
     Walk {
         /// The file; `None`: a rectangle with room for everyone.
         path: Option<PathBuf>,
-        /// People.
-        count: u32,
     },
 }
 
@@ -370,7 +368,7 @@ fn layout(args: &Args) -> Result<LayoutPlan> {
     }
     if let Some(way) = &args.walk {
         let path = (way.as_os_str() != AROUND).then(|| way.clone());
-        return Ok(LayoutPlan::Feed(FeedPlan::Walk { path, count: args.count }));
+        return Ok(LayoutPlan::Feed(FeedPlan::Walk { path }));
     }
     let word = args.layout.as_str();
     if let Some(layout) = Layout::named(word) {

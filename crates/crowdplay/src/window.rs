@@ -202,6 +202,7 @@ impl Running {
             largest_budget = largest_budget.min(options.max_vertices);
             let mut renderer = CrowdRenderer::new(&gpu.device, &gpu.queue, &crowd.data, options)?;
             renderer.set_instances(&gpu.queue, &crowd.instances)?;
+            renderer.set_scenery(&gpu.device, &gpu.queue, &crowd.scenery.vertices, &crowd.scenery.triangles)?;
             renderer.prepare(&gpu.device, &gpu.queue, detail.draw.technique)?;
             Painter::Gpu(Box::new(renderer))
         };

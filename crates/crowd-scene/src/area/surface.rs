@@ -7,8 +7,8 @@ use crate::{Error, Result};
 
 /// Trapezoids of one ground: those of any floor plan, not those of a hostile comb.
 const MOST_TRAPEZOIDS: usize = 400_000;
-/// Above the endless ground plane, so that the two do not flicker.
-const GROUND_LIFT_M: f32 = 0.01;
+/// A little under the soles, as the endless ground plane is, and above that: nothing flickers.
+const GROUND_LIFT_M: f32 = -0.008;
 
 /// Triangles with one normal a vertex, counterclockwise seen from the side that is to be drawn; metres.
 #[derive(Debug, Clone, Default, PartialEq)]

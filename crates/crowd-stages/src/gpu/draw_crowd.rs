@@ -5,7 +5,7 @@ use super::kernel::{Use, buffer_entry};
 use super::upload::{CrowdBuffers, FrameBuffers};
 use crate::Result;
 
-const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 const RECORDS: &str = include_str!("../../../../shaders/shared/records.wgsl");
 const PLACE: &str = include_str!("../../../../shaders/shared/place.wgsl");

@@ -1,6 +1,7 @@
 //! The renderer: the shared selection, what the technique adds, then the draw, recorded into an engine's encoder.
 
 use super::draw_crowd::DrawCrowd;
+use super::draw_scenery::DrawScenery;
 use super::read_back::{self, Meters, ReadBack, RunCounter, StageClock};
 use super::selection::Selection;
 use super::stage_recorder::StageRecorder;
@@ -8,7 +9,8 @@ use super::techniques::{self, Floor, FrameContext, Painter, Workshop};
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
 use crate::{
-    CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceRecord, Result, Technique, Weight,
+    CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceRecord, Result, SceneryVertex,
+    Technique, Weight,
 };
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
@@ -62,6 +64,7 @@ pub struct CrowdRenderer {
     crowd: CrowdBuffers,
     frame: FrameBuffers,
     selection: Selection,
+    scenery: Option<DrawScenery>,
     draw: DrawCrowd,
     painters: [Option<Box<dyn Painter>>; Technique::ALL.len()],
     meters: Meters,
@@ -99,6 +102,7 @@ impl CrowdRenderer {
         Ok(Self {
             selection: Selection::new(device, &crowd, &frame),
             draw: DrawCrowd::new(device, &frame, options.color_format, options.sample_count),
+            scenery: None,
             painters: Default::default(),
             meters: Meters {
                 clock: StageClock::new(device, queue, STAGES.len() as u32 + 1),
@@ -131,6 +135,31 @@ impl CrowdRenderer {
         let Self { crowd, frame, draw, options, .. } = &*self;
         let painter = techniques::set_up(technique, Workshop { up: &mut up, crowd, frame, draw, options })?;
         self.painters[technique.number()] = Some(painter);
+        self.buffer_bytes += up.bytes;
+        Ok(())
+    }
+
+    /// Sets what stands still around the crowd: triangles of one colour a corner, lit like the crowd, counterclockwise seen
+    /// from the side that is drawn. Replaces what was there; no triangles, no scenery.
+    ///
+    /// # Errors
+    /// [`Error::Instance`] for a triangle whose corner is not there, [`Error::Limit`] or [`Error::OutOfMemory`] where it does
+    /// not fit the device.
+    pub fn set_scenery(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        vertices: &[SceneryVertex],
+        triangles: &[[u32; 3]],
+    ) -> Result<()> {
+        self.scenery = None;
+        if triangles.is_empty() {
+            return Ok(());
+        }
+        let mut up = Uploader { device, queue, bytes: 0 };
+        let RendererOptions { color_format, sample_count, .. } = self.options;
+        let config = &self.frame.config;
+        self.scenery = Some(DrawScenery::new(&mut up, config, vertices, triangles, color_format, sample_count)?);
         self.buffer_bytes += up.bytes;
         Ok(())
     }
@@ -249,6 +278,9 @@ impl CrowdRenderer {
         painter.record_stages(&mut recorder, &context);
         let (stamps, names) = recorder.finish("draw");
         let mut pass = self.draw.begin(encoder, color, stamps);
+        if let Some(scenery) = &self.scenery {
+            scenery.draw(&mut pass);
+        }
         if let Some(runs) = runs {
             pass.begin_pipeline_statistics_query(&runs.queries, 0);
         }

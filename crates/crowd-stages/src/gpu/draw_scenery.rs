@@ -1,0 +1,123 @@
+//! Ground and walls around the crowd: one indexed draw after the backdrop.
+
+use super::draw_crowd::DEPTH;
+use super::kernel::{Use, buffer_entry};
+use super::upload::Uploader;
+use crate::{Error, Result, SceneryVertex};
+use std::mem::size_of;
+
+const RECORDS: &str = include_str!("../../../../shaders/shared/records.wgsl");
+const LIGHT: &str = include_str!("../../../../shaders/shared/light.wgsl");
+const SCENERY: &str = include_str!("../../../../shaders/draw/scenery.wgsl");
+
+/// The WGSL of the scenery's draw as it is compiled.
+pub fn scenery_source() -> String {
+    [RECORDS, LIGHT, SCENERY].concat()
+}
+
+/// Pipeline and buffers of the scenery.
+pub(crate) struct DrawScenery {
+    pipeline: wgpu::RenderPipeline,
+    bound: wgpu::BindGroup,
+    vertices: wgpu::Buffer,
+    indices: wgpu::Buffer,
+    index_count: u32,
+}
+
+impl DrawScenery {
+    /// Uploads. `config`: the frame's uniform.
+    ///
+    /// # Errors
+    /// [`Error::Instance`] for a triangle whose corner is not there, [`Error::Limit`] or [`Error::OutOfMemory`] where it does
+    /// not fit the device.
+    pub(crate) fn new(
+        up: &mut Uploader<'_>,
+        config: &wgpu::Buffer,
+        vertices: &[SceneryVertex],
+        triangles: &[[u32; 3]],
+        color_format: wgpu::TextureFormat,
+        sample_count: u32,
+    ) -> Result<Self> {
+        let allowed = vertices.len() as u32;
+        if let Some((index, &found)) =
+            triangles.as_flattened().iter().enumerate().find(|(_, corner)| **corner >= allowed)
+        {
+            return Err(Error::Instance { index, what: "corner of the scenery", found, allowed });
+        }
+        let remedy = "draw a simpler scenery";
+        let layout = up.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("scenery"),
+            entries: &[buffer_entry(0, wgpu::ShaderStages::VERTEX, Use::Uniform, None)],
+        });
+        let bound = up.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("scenery"),
+            layout: &layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: config.as_entire_binding() }],
+        });
+        Ok(Self {
+            pipeline: pipeline(up.device, &layout, color_format, sample_count),
+            bound,
+            vertices: up.filled("scenery vertices", vertices, wgpu::BufferUsages::VERTEX, remedy)?,
+            indices: up.filled("scenery indices", triangles.as_flattened(), wgpu::BufferUsages::INDEX, remedy)?,
+            index_count: 3 * triangles.len() as u32,
+        })
+    }
+
+    pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.bound, &[]);
+        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..self.index_count, 0, 0..1);
+    }
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    color_format: wgpu::TextureFormat,
+    sample_count: u32,
+) -> wgpu::RenderPipeline {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("scenery"),
+        source: wgpu::ShaderSource::Wgsl(scenery_source().into()),
+    });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("scenery"),
+        bind_group_layouts: &[Some(layout)],
+        immediate_size: 0,
+    });
+    let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4, 2 => Float32x3];
+    let corners = wgpu::VertexBufferLayout {
+        array_stride: size_of::<SceneryVertex>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes: &attributes,
+    };
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("scenery"),
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("place"),
+            compilation_options: Default::default(),
+            buffers: &[Some(corners)],
+        },
+        primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Back), ..Default::default() },
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Less),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: sample_count, ..Default::default() },
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("shade"),
+            compilation_options: Default::default(),
+            targets: &[Some(color_format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
