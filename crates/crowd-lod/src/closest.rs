@@ -6,7 +6,7 @@ mod point;
 
 pub(crate) use distance::{distances_squared, triangle_distance_squared};
 pub(crate) use lines::line_crosses_triangle;
-pub(crate) use point::Hit;
+pub(crate) use point::{Hit, closest_on_triangle};
 
 use crate::quadrics::sub;
 
@@ -32,6 +32,14 @@ pub(crate) struct NodeGroups {
     of_triangle: Vec<u32>,
     /// The group that all triangles below a node are of, or `u32::MAX`.
     of_node: Vec<u32>,
+}
+
+impl NodeGroups {
+    /// Whether triangles of a group may lie below a node.
+    fn may_hold(&self, node: u32, group: u32) -> bool {
+        let of_node = self.of_node[node as usize];
+        of_node == group || of_node == u32::MAX
+    }
 }
 
 /// A box tree over the triangles of a mesh.
@@ -294,6 +302,18 @@ mod tests {
                 let again = tree.closest_point(point, positions, &triangles, None, Some(0));
                 prop_assert_eq!(again, Some(hit));
                 prop_assert!((hit.distance_squared - least).abs() <= 1.0e-4 * least.max(1.0));
+                let group: Vec<u32> = (0..triangles.len() as u32).map(|t| t / 8 % 3).collect();
+                let groups = tree.group_by(group.clone());
+                let own = tree.closest_point_in(point, positions, &triangles, None, Some(0), Some((&groups, 0)));
+                let own = own.expect("the first triangles are of group 0");
+                let least_own = triangles
+                    .iter()
+                    .zip(&group)
+                    .filter(|(_, group)| **group == 0)
+                    .map(|(t, _)| triangle_distance_squared(point, t.map(|v| positions[v as usize])))
+                    .fold(f32::INFINITY, f32::min);
+                prop_assert_eq!(group[own.triangle as usize], 0);
+                prop_assert!((own.distance_squared - least_own).abs() <= 1.0e-4 * least_own.max(1.0));
                 let corners = triangles[hit.triangle as usize].map(|v| positions[v as usize]);
                 let at = [0, 1, 2].map(|k| (0..3).map(|c| hit.weights[c] * corners[c][k]).sum::<f32>());
                 let gap = dot(sub(point, at), sub(point, at));

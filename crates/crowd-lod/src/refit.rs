@@ -2,14 +2,17 @@
 //!
 //! One module a step: `full_detail` (with `charts`) and the level's `shape`; `pairs` and `rims` find which points belong
 //! together; `pulls` says what is made least; `equations` and `solver` make it least, `fit_places` takes the step;
-//! `fit_normals` and `fit_uvs` (by `fit_attributes`) follow.
+//! `fit_normals` and `fit_uvs` (by `fit_attributes`) follow; `flips` turns edges between the rounds, `fit_colors` looks at the
+//! textures last.
 
 mod charts;
 mod equations;
 mod fit_attributes;
+mod fit_colors;
 mod fit_normals;
 mod fit_places;
 mod fit_uvs;
+mod flips;
 mod full_detail;
 mod pairs;
 mod pulls;
@@ -19,7 +22,7 @@ mod solver;
 #[cfg(test)]
 mod tests;
 
-use crate::{CollapseOrder, Level, LevelMesh, LodMesh, LodPoses, level_mesh};
+use crate::{CollapseOrder, Level, LevelMesh, LodMesh, LodPoses, Mat3x4, level_mesh};
 use full_detail::FullDetail;
 use pairs::{Pair, Probes};
 use rims::Rims;
@@ -32,6 +35,10 @@ const LEAST_POINTS: u32 = 10_000;
 const MOST_POINTS: u32 = 100_000;
 /// Share of the mean squared distance that may be left: textures and tilts may cost some of what is won, not all.
 const MOST_LEFT: f64 = 0.9;
+/// Parts that the rounds fall into; between them edges are flipped.
+const STAGE_COUNT: u32 = 3;
+/// Passes of flips between two stages.
+const FLIP_PASSES: u32 = 2;
 
 /// Knobs of [`refit`].
 #[derive(Debug, Clone, PartialEq)]
@@ -44,16 +51,17 @@ pub struct RefitOptions {
 
 impl Default for RefitOptions {
     fn default() -> Self {
-        Self { frames: 24, rounds: 5 }
+        Self { frames: 24, rounds: 8 }
     }
 }
 
 /// The level with its places, normals and texture coordinates moved to lie closest to full detail over the frames.
 ///
-/// `mesh` and `poses` are those that `order` was made from, `level` one of its levels. Connectivity and skinning stay as
-/// they are. Vertices that share a place still share it afterwards, to the bit; no triangle turns over in a frame that
-/// counts or in the texture, texture coordinates stay in their charts, and the mean squared distance, on points of its own
-/// and both ways, never grows. Same bits for any number of threads.
+/// `mesh` and `poses` are those that `order` was made from, `level` one of its levels. Vertices and skinning stay as they are, and so
+/// do triangles, but that some pairs of one chart have their common edge turned to the other diagonal. Vertices that share a
+/// place still share it afterwards, to the bit; no triangle turns over in a frame that counts or in the texture, texture
+/// coordinates stay in their charts, and the mean squared distance, on points of its own and both ways, never grows. Same bits
+/// for any number of threads.
 ///
 /// Panics if an index lies outside its slice.
 ///
@@ -67,65 +75,122 @@ pub fn refit(
     level: &Level,
     options: &RefitOptions,
 ) -> LevelMesh {
-    let mut fitted = level_mesh(mesh, order, level);
-    if options.rounds == 0 || fitted.triangles.is_empty() {
-        return fitted;
+    let level = level_mesh(mesh, order, level);
+    if options.rounds == 0 || level.triangles.is_empty() {
+        return level;
     }
     let full = FullDetail::new(mesh, poses, order, options.frames);
-    let mut shape = Shape::new(&fitted);
-    let count = (fitted.triangles.len() as u32).saturating_mul(POINTS_PER_TRIANGLE).clamp(LEAST_POINTS, MOST_POINTS);
-    let probes = Probes::new(&full, &shape, count);
-    let materials: Vec<u16> = fitted.vertices.iter().map(|&v| order.vertex_materials[v as usize]).collect();
-    fit_shape(&full, &probes, &mut shape, &fitted, &materials, options.rounds);
-    let (pairs, _) = probes.pair(&full, &shape, &shape.blend(&full.frames), true);
-    let uvs = fit_uvs::fit_uvs(&full, &shape, &pairs, &materials, &fitted);
-    fitted.normals = fit_normals::fit_normals(&full, &shape, &pairs, &fitted);
-    fitted.uvs = uvs;
-    shape.write(&mut fitted);
-    fitted
-}
-
-/// Rounds of pairing and moving, as long as that makes the objective less. `materials`: of each vertex of the level.
-fn fit_shape(
-    full: &FullDetail<'_>,
-    probes: &Probes,
-    shape: &mut Shape,
-    level: &LevelMesh,
-    materials: &[u16],
-    rounds: u32,
-) {
-    let matrices = shape.blend(&full.frames);
-    let uprights = fit_places::Uprights::new(shape, &matrices);
-    let rims = Rims::new(full, shape);
-    let mut rim_pairs = rims.pair(shape);
-    let (mut pairs, first_error) = probes.pair(full, shape, &matrices, false);
-    for _ in 0..rounds {
-        let corner_uvs = fit_corner_uvs(full, shape, level, materials, &pairs);
-        let objective = |shape: &Shape, pairs: &[Pair], rim_error: f64| {
-            pulls::objective(full, shape, &corner_uvs, &matrices, pairs) + pulls::RIM_SHARE * rim_error
-        };
-        let now = objective(shape, &pairs, rim_pairs.1);
-        let moves = fit_places::solve_places(full, shape, &corner_uvs, &matrices, &pairs, &rim_pairs.0);
-        let better = [1.0, 0.5, 0.25].into_iter().find_map(|step| {
-            let moved = fit_places::move_places(shape, &matrices, &moves, step, &uprights)?;
-            let (pairs, error) = probes.pair(full, &moved, &matrices, false);
-            let rim_pairs = rims.pair(&moved);
-            let less = objective(&moved, &pairs, rim_pairs.1) < now && error <= MOST_LEFT * first_error;
-            less.then_some((moved, pairs, rim_pairs))
-        });
-        let Some(better) = better else { break };
-        (*shape, pairs, rim_pairs) = better;
+    let mut fit = Fit::new(&full, order, level);
+    for stage in 0..STAGE_COUNT {
+        if stage > 0 {
+            (0..FLIP_PASSES).for_each(|_| fit.flip_edges());
+        }
+        let rounds = options.rounds * (stage + 1) / STAGE_COUNT - options.rounds * stage / STAGE_COUNT;
+        fit.move_places(rounds);
     }
+    fit.finish()
 }
 
-/// Texture coordinates of each triangle's corners, as they would be fitted to the pairs.
-fn fit_corner_uvs(
-    full: &FullDetail<'_>,
-    shape: &Shape,
-    level: &LevelMesh,
-    materials: &[u16],
-    pairs: &[Pair],
-) -> Vec<[[f32; 2]; 3]> {
-    let uvs = fit_uvs::fit_uvs(full, shape, pairs, materials, level);
-    level.triangles.iter().map(|t| t.map(|v| uvs[v as usize])).collect()
+/// A level while it is fitted.
+struct Fit<'a> {
+    full: &'a FullDetail<'a>,
+    /// As it was before the fit, but for flipped edges.
+    level: LevelMesh,
+    dress: Dress,
+    shape: Shape,
+    probes: Probes,
+    /// The skins' matrices in each frame.
+    matrices: Vec<Vec<Mat3x4>>,
+    uprights: fit_places::Uprights,
+    /// Mean squared distance that a step has to come below.
+    most_error: f64,
+}
+
+/// What the level's vertices have that no fit changes.
+struct Dress {
+    materials: Vec<u16>,
+    /// Vertex colours, linear.
+    tints: Vec<[f32; 3]>,
+}
+
+impl<'a> Fit<'a> {
+    fn new(full: &'a FullDetail<'a>, order: &CollapseOrder, level: LevelMesh) -> Self {
+        let shape = Shape::new(&level);
+        let count = (level.triangles.len() as u32).saturating_mul(POINTS_PER_TRIANGLE).clamp(LEAST_POINTS, MOST_POINTS);
+        let probes = Probes::new(full, &shape, count);
+        let matrices = shape.blend(&full.frames);
+        let dress = Dress {
+            materials: level.vertices.iter().map(|&v| order.vertex_materials[v as usize]).collect(),
+            tints: level.vertices.iter().map(|&v| full.tint(order.attribute_source[v as usize])).collect(),
+        };
+        let uprights = fit_places::Uprights::new(&shape, &matrices);
+        let most_error = MOST_LEFT * probes.pair(full, &shape, &matrices, false).1;
+        Self { full, level, dress, shape, probes, matrices, uprights, most_error }
+    }
+
+    /// Rounds of pairing and moving, as long as that makes the objective less.
+    fn move_places(&mut self, rounds: u32) {
+        let Self { full, probes, matrices, .. } = self;
+        let rims = Rims::new(full, &self.shape);
+        let mut rim_pairs = rims.pair(&self.shape);
+        let (mut pairs, _) = probes.pair(full, &self.shape, matrices, false);
+        for _ in 0..rounds {
+            let uvs = fit_uvs::fit_uvs(full, &self.shape, &pairs, &self.dress.materials, &self.level);
+            let corner_uvs: Vec<[[f32; 2]; 3]> =
+                self.level.triangles.iter().map(|t| t.map(|v| uvs[v as usize])).collect();
+            let objective = |shape: &Shape, pairs: &[Pair], rim_cost: f64| {
+                pulls::objective(full, shape, &corner_uvs, matrices, pairs) + rim_cost
+            };
+            let now = objective(&self.shape, &pairs, rim_pairs.1);
+            let moves = fit_places::solve_places(full, &self.shape, &corner_uvs, matrices, &pairs, &rim_pairs.0);
+            let better = [1.0, 0.5, 0.25].into_iter().find_map(|step| {
+                let moved = fit_places::move_places(&self.shape, matrices, &moves, step, &self.uprights)?;
+                let (pairs, error) = probes.pair(full, &moved, matrices, false);
+                let rim_pairs = rims.pair(&moved);
+                let less = objective(&moved, &pairs, rim_pairs.1) < now && error <= self.most_error;
+                less.then_some((moved, pairs, rim_pairs))
+            });
+            let Some(better) = better else { break };
+            (self.shape, pairs, rim_pairs) = better;
+        }
+    }
+
+    /// One pass of flips, taken back where the distance would grow beyond what is allowed.
+    fn flip_edges(&mut self) {
+        let Self { full, probes, matrices, .. } = self;
+        let (pairs, _) = probes.pair(full, &self.shape, matrices, true);
+        let level = LevelMesh {
+            uvs: fit_uvs::fit_uvs(full, &self.shape, &pairs, &self.dress.materials, &self.level),
+            normals: fit_normals::fit_normals(full, &self.shape, &pairs, &self.level),
+            ..self.level.clone()
+        };
+        let turned = flips::flip_edges(full, &self.shape, &level, &self.level.uvs, &self.dress, matrices, &pairs);
+        if turned.is_empty() {
+            return;
+        }
+        let mut shape = self.shape.clone();
+        for &(t, corners) in &turned {
+            shape.triangles[t] = corners.map(|v| shape.skin_of[v as usize]);
+        }
+        let (_, before) = probes.pair(full, &self.shape, matrices, false);
+        let (_, after) = probes.pair(full, &shape, matrices, false);
+        if after > before.max(self.most_error) {
+            return;
+        }
+        self.shape = shape;
+        turned.iter().for_each(|&(t, corners)| self.level.triangles[t] = corners);
+        self.uprights.renew(&self.shape, matrices, &turned);
+    }
+
+    /// The level with everything moved.
+    fn finish(self) -> LevelMesh {
+        let Self { full, shape, mut level, dress, .. } = self;
+        let (pairs, _) = self.probes.pair(full, &shape, &self.matrices, true);
+        let uvs = fit_uvs::fit_uvs(full, &shape, &pairs, &dress.materials, &level);
+        let uvs = fit_colors::fit_colors(full, &shape, &pairs, &dress, &level, &uvs);
+        level.normals = fit_normals::fit_normals(full, &shape, &pairs, &level);
+        level.uvs = uvs;
+        shape.write(&mut level);
+        level
+    }
 }

@@ -54,6 +54,16 @@ pub struct Appearance<'a> {
     /// For each triangle, how fast the texture's colours change in it: RMS of the RGB difference for a small step, per unit of
     /// texture coordinate.
     pub triangle_contrast: &'a [f32],
+    /// The textures themselves.
+    pub textures: Option<&'a dyn ShownColors>,
+    /// For each material, whether it is shaded by the faces' own normals.
+    pub flat_materials: &'a [bool],
+}
+
+/// Looks colours up where no vertex is.
+pub trait ShownColors: std::fmt::Debug + Sync {
+    /// The colour of a material at a texture coordinate, sRGB, 0..=1. `tint`: the vertex colour there, linear.
+    fn color(&self, material: u16, uv: [f32; 2], tint: [f32; 3]) -> [f32; 3];
 }
 
 /// The poses that count.

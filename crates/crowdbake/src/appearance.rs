@@ -8,6 +8,7 @@ use crowd_raster::{Material, Texture, sample};
 use crowd_source::RawCharacter;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Longest side of a texture that is looked at: a crowd's members are rarely seen closer.
 const TEXTURE_SIDE_PX: u32 = 512;
@@ -20,8 +21,10 @@ const LOOKED_AT: [[f32; 3]; 4] =
     [[1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0], [0.7, 0.15, 0.15], [0.15, 0.7, 0.15], [0.15, 0.15, 0.7]];
 
 /// Owned form of [`crowd_lod::Appearance`].
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct ShownTextures {
+    surfaces: Vec<Surface>,
+    flat_materials: Vec<bool>,
     vertex_colors: Vec<[f32; 3]>,
     triangle_contrast: Vec<f32>,
 }
@@ -32,7 +35,7 @@ impl ShownTextures {
         let decode = |image: &crowd_source::RawImage| crowd_raster::decode_texture(&image.bytes, TEXTURE_SIDE_PX).ok();
         let textures: Vec<Option<Texture>> = raw.images.par_iter().map(decode).collect();
         let mesh = &raw.mesh;
-        let surfaces = surfaces(raw.materials.iter().map(views::raster_material).collect(), &textures);
+        let surfaces = surfaces(raw.materials.iter().map(views::raster_material).collect(), textures);
         let mut material_of = vec![0_u16; mesh.positions.len()];
         for (triangle, &material) in mesh.triangles.iter().zip(triangle_materials) {
             triangle.iter().for_each(|&v| material_of[v as usize] = material);
@@ -45,29 +48,58 @@ impl ShownTextures {
         Self {
             vertex_colors: (0..mesh.positions.len()).into_par_iter().map(vertex_color).collect(),
             triangle_contrast: contrast(&surfaces, &mesh.triangles, triangle_materials, |v| mesh.uvs[v as usize]),
+            flat_materials: surfaces.iter().map(|surface| surface.material.flat).collect(),
+            surfaces,
+        }
+    }
+
+    /// Looks at those of a character of a pack, by the order of its triangles: the same numbers that its bake found.
+    pub fn of_pack(character: &Unpacked<'_>) -> Self {
+        let (materials, images) = raster_materials(character);
+        let decode = |&image: &u32| decode_image(character, image, TEXTURE_SIDE_PX).ok();
+        let surfaces = surfaces(materials, images.par_iter().map(decode).collect());
+        let material = |triangle: &[u32; 3]| character.vertices[triangle[0] as usize].material() as u16;
+        let triangle_materials: Vec<u16> = character.triangles.iter().map(material).collect();
+        let uv = |v: u32| character.vertices[v as usize].uv;
+        Self {
+            vertex_colors: Vec::new(),
+            triangle_contrast: contrast(&surfaces, character.triangles, &triangle_materials, uv),
+            flat_materials: surfaces.iter().map(|surface| surface.material.flat).collect(),
+            surfaces,
+        }
+    }
+
+    /// The same in the order of a pack: without vertices, for its triangles and materials. `triangles`, `materials`: the number here of
+    /// each one there.
+    pub fn reordered(&self, triangles: &[u32], materials: &[u16]) -> Self {
+        let surfaces: Vec<Surface> = materials.iter().map(|&m| self.surfaces[usize::from(m)].clone()).collect();
+        Self {
+            vertex_colors: Vec::new(),
+            triangle_contrast: triangles.iter().map(|&t| self.triangle_contrast[t as usize]).collect(),
+            flat_materials: surfaces.iter().map(|surface| surface.material.flat).collect(),
+            surfaces,
         }
     }
 
     /// For the simplifier.
     pub fn view(&self) -> crowd_lod::Appearance<'_> {
-        crowd_lod::Appearance { shown_colors: &self.vertex_colors, triangle_contrast: &self.triangle_contrast }
+        crowd_lod::Appearance {
+            shown_colors: &self.vertex_colors,
+            triangle_contrast: &self.triangle_contrast,
+            textures: Some(self),
+            flat_materials: &self.flat_materials,
+        }
     }
 }
 
-/// [`crowd_lod::Appearance::triangle_contrast`] of a character of a pack, in the order of its triangles: the numbers that its bake
-/// found.
-pub(crate) fn contrast_in_pack(character: &Unpacked<'_>) -> Vec<f32> {
-    let (materials, images) = raster_materials(character);
-    let decode = |&image: &u32| decode_image(character, image, TEXTURE_SIDE_PX).ok();
-    let textures: Vec<Option<Texture>> = images.par_iter().map(decode).collect();
-    let material = |triangle: &[u32; 3]| character.vertices[triangle[0] as usize].material() as u16;
-    let triangle_materials: Vec<u16> = character.triangles.iter().map(material).collect();
-    let uv = |v: u32| character.vertices[v as usize].uv;
-    contrast(&surfaces(materials, &textures), character.triangles, &triangle_materials, uv)
+impl crowd_lod::ShownColors for ShownTextures {
+    fn color(&self, material: u16, uv: [f32; 2], tint: [f32; 3]) -> [f32; 3] {
+        self.surfaces[usize::from(material)].at(uv, Vec3::from(tint)).to_array()
+    }
 }
 
 fn contrast(
-    surfaces: &[Surface<'_>],
+    surfaces: &[Surface],
     triangles: &[[u32; 3]],
     triangle_materials: &[u16],
     uv: impl Fn(u32) -> [f32; 2] + Sync,
@@ -79,23 +111,25 @@ fn contrast(
 }
 
 /// A material with its texture, if it has one that decodes.
-struct Surface<'a> {
+#[derive(Debug, Clone)]
+struct Surface {
     material: Material,
-    texture: Option<&'a Texture>,
+    texture: Option<Arc<Texture>>,
 }
 
-fn surfaces(materials: Vec<Material>, textures: &[Option<Texture>]) -> Vec<Surface<'_>> {
+fn surfaces(materials: Vec<Material>, textures: Vec<Option<Texture>>) -> Vec<Surface> {
+    let textures: Vec<Option<Arc<Texture>>> = textures.into_iter().map(|texture| texture.map(Arc::new)).collect();
     let with_texture = |material: Material| {
-        let texture = material.texture.and_then(|texture| textures[texture as usize].as_ref());
+        let texture = material.texture.and_then(|texture| textures[texture as usize].clone());
         Surface { material, texture }
     };
     materials.into_iter().map(with_texture).collect()
 }
 
-impl Surface<'_> {
+impl Surface {
     /// The colour shown at a texture coordinate, sRGB. `tint`: the vertex colour, linear.
     fn at(&self, uv: [f32; 2], tint: Vec3) -> Vec3 {
-        let texel = match self.texture {
+        let texel = match &self.texture {
             Some(texture) => {
                 let (wrap_u, wrap_v) = (self.material.wrap_u, self.material.wrap_v);
                 let [r, g, b, _] = sample(texture, wrap_u, wrap_v, Vec2::from(uv), STEP_LOD);

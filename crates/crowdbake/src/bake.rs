@@ -339,8 +339,7 @@ fn store_levels(
         order.levels.clone(),
         &materials.iter().map(texels).collect::<Vec<_>>(),
     );
-    let contrast = shown.view().triangle_contrast;
-    let ordered = ordered.with_contrast(order.triangle_source.iter().map(|&t| contrast[t as usize]).collect());
+    let ordered = ordered.with_textures(shown.reordered(&order.triangle_source, &materials));
     let palettes: Vec<Mat3x4> = clips.iter().flat_map(|clip| clip.palettes.iter().copied()).collect();
     let frame_counts: Vec<u32> = clips.iter().map(|clip| clip.frame_count).collect();
     let poses = LodPoses {

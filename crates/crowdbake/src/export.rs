@@ -1,6 +1,6 @@
 //! A level of a character as binary glTF: mesh, skin over the original node tree, original curves, materials, textures.
 
-use crate::appearance::contrast_in_pack;
+use crate::appearance::ShownTextures;
 use crate::gather_primitives::{Primitive, gather_primitives};
 use crate::glb::GlbBuffer;
 use crate::ordered_mesh::OrderedMesh;
@@ -21,7 +21,7 @@ pub fn export_level(character: &Unpacked<'_>, level: LodRecord) -> Vec<u8> {
 
 /// The bytes of a `.glb` with that level, its vertices moved to where they lie closest to full detail over all frames.
 pub fn export_refitted(character: &Unpacked<'_>, level: LodRecord) -> Vec<u8> {
-    let mesh = OrderedMesh::of_pack(character).with_contrast(contrast_in_pack(character));
+    let mesh = OrderedMesh::of_pack(character).with_textures(ShownTextures::of_pack(character));
     let palettes: Vec<_> = (0..character.clips.len()).flat_map(|clip| character.palettes(clip)).collect();
     let frame_counts: Vec<u32> = character.clips.iter().map(|clip| clip.frame_count).collect();
     let frame_weights = crate::views::frame_weights(&frame_counts);

@@ -1,6 +1,7 @@
 //! A character in collapse order, unpacked from its records: what levels are taken from, measured on and refitted to. Whoever
 //! bakes and whoever holds a pack gets the same numbers from it.
 
+use crate::appearance::ShownTextures;
 use crate::unpack::Unpacked;
 use crowd_lod::{Appearance, CollapseOrder, Level, LevelMesh, LodMesh, Surface, VertexClass, reform};
 use crowd_pack::{ImageRecord, LodRecord, MaterialRecord, VertexRecord, vertex_class};
@@ -58,7 +59,7 @@ pub struct OrderedMesh {
     pub order: CollapseOrder,
     colors: Vec<[u8; 4]>,
     triangle_materials: Vec<u16>,
-    triangle_contrast: Vec<f32>,
+    textures: Option<ShownTextures>,
 }
 
 impl OrderedMesh {
@@ -82,7 +83,7 @@ impl OrderedMesh {
             texels: records.iter().map(|vertex| material_texels[vertex.material() as usize]).collect(),
             colors: records.iter().map(|vertex| vertex.color.to_le_bytes()).collect(),
             triangle_materials: triangles.iter().map(material).collect(),
-            triangle_contrast: Vec::new(),
+            textures: None,
             order: CollapseOrder {
                 vertex_source: identity.clone(),
                 attribute_source: identity.clone(),
@@ -99,11 +100,10 @@ impl OrderedMesh {
         }
     }
 
-    /// With how fast the texture's colours change in each triangle of the order, as in [`Appearance::triangle_contrast`]; without,
-    /// a refit takes textures for plain.
+    /// With what the textures show, by the order's triangles; without, a refit takes them for plain.
     #[must_use]
-    pub fn with_contrast(self, triangle_contrast: Vec<f32>) -> Self {
-        Self { triangle_contrast, ..self }
+    pub(crate) fn with_textures(self, textures: ShownTextures) -> Self {
+        Self { textures: Some(textures), ..self }
     }
 
     /// From a pack.
@@ -142,7 +142,7 @@ impl OrderedMesh {
             weights: &self.vertices.weights,
             triangles: &self.order.triangles,
             triangle_materials: &self.triangle_materials,
-            appearance: Appearance { triangle_contrast: &self.triangle_contrast, ..Appearance::default() },
+            appearance: self.textures.as_ref().map_or_else(Appearance::default, ShownTextures::view),
         }
     }
 

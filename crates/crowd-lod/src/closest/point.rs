@@ -1,6 +1,6 @@
 //! Finds the closest point itself, not its distance alone.
 
-use super::{ClosestTriangles, corners_of};
+use super::{ClosestTriangles, NodeGroups, corners_of};
 use crate::quadrics::{cross, dot, sub};
 
 /// The closest point of a mesh to a point.
@@ -25,8 +25,24 @@ impl ClosestTriangles {
         facing: Option<[f32; 3]>,
         first: Option<u32>,
     ) -> Option<Hit> {
+        self.closest_point_in(point, positions, triangles, facing, first, None)
+    }
+
+    /// The same among the triangles of one group, where one is given.
+    pub fn closest_point_in(
+        &self,
+        point: [f32; 3],
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        facing: Option<[f32; 3]>,
+        first: Option<u32>,
+        within: Option<(&NodeGroups, u32)>,
+    ) -> Option<Hit> {
         let mut best: Option<Hit> = None;
         let try_triangle = |t: u32, best: &mut Option<Hit>| {
+            if within.is_some_and(|(groups, own)| groups.of_triangle[t as usize] != own) {
+                return;
+            }
             let corners = corners_of(triangles[t as usize], positions);
             if let Some(facing) = facing {
                 let n = cross(sub(corners[1], corners[0]), sub(corners[2], corners[0]));
@@ -49,7 +65,7 @@ impl ClosestTriangles {
         self.descend(
             point,
             limit(best),
-            |_| true,
+            |node| within.is_none_or(|(groups, own)| groups.may_hold(node, own)),
             |leaf| {
                 leaf.iter().for_each(|&t| try_triangle(t, &mut best));
                 limit(best)
@@ -60,7 +76,7 @@ impl ClosestTriangles {
 }
 
 /// Weights of the corners at the triangle's closest point, and the squared distance to it.
-fn closest_on_triangle(point: [f32; 3], corners: [[f32; 3]; 3]) -> ([f32; 3], f32) {
+pub(crate) fn closest_on_triangle(point: [f32; 3], corners: [[f32; 3]; 3]) -> ([f32; 3], f32) {
     let [a, b, c] = corners;
     let n = cross(sub(b, a), sub(c, a));
     let length_squared = dot(n, n);

@@ -11,10 +11,20 @@ const STRAIGHT_COS: f32 = -0.7;
 pub(crate) struct Charts {
     /// Chart of each triangle.
     pub of_triangle: Vec<u32>,
-    /// Edges where charts end: chart, and the ends as vertices of the mesh.
-    pub rim_edges: Vec<(u32, [u32; 2])>,
+    /// Edges where charts end.
+    pub rim_edges: Vec<RimEdge>,
     /// Rim of each chart.
     rims: Vec<Rim>,
+}
+
+/// An edge where a chart ends.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RimEdge {
+    pub chart: u32,
+    /// Vertices of the mesh.
+    pub ends: [u32; 2],
+    /// Triangle of full detail.
+    pub triangle: u32,
 }
 
 /// Where a chart ends, in the texture: edges as triangles of no width.
@@ -74,7 +84,7 @@ impl Charts {
             let rim = &mut rims[of_triangle[t] as usize];
             let at = rim.ends.len() as u32;
             let ends = [triangles[t][i], triangles[t][(i + 1) % 3]];
-            rim_edges.push((of_triangle[t], ends));
+            rim_edges.push(RimEdge { chart: of_triangle[t], ends, triangle: t as u32 });
             for v in ends {
                 let [u, v] = mesh.uvs[v as usize];
                 rim.ends.push([u, v, 0.0]);

@@ -2,7 +2,7 @@
 
 use super::full_detail::FullDetail;
 use super::pairs::{Contact, Pair};
-use super::pulls::{RIM_SHARE, TILT_SHARE, slide, tilts};
+use super::pulls::{slide, tilts};
 use super::rims::RimPair;
 use super::shape::Shape;
 use crate::Mat3x4;
@@ -84,7 +84,7 @@ fn stiffness(contact: Contact, slide_share: f64) -> [[f64; 3]; 3] {
 /// Pulls a rim towards full detail's, in bind space.
 pub(crate) fn add_rim(local: &mut Local, pair: &RimPair) {
     let stiff = stiffness(pair.contact, SLIDE_SHARE);
-    let share = f64::from(pair.share) * RIM_SHARE;
+    let share = f64::from(pair.share);
     let force = [0, 1, 2].map(|i| (0..3).map(|j| stiff[i][j] * f64::from(pair.offset[j])).sum::<f64>());
     for k in 0..3 {
         for i in 0..3 {
@@ -109,7 +109,7 @@ fn add_tilt(
     matrices: &[Vec<Mat3x4>],
 ) {
     let Some((n, rises)) = tilts(full, pair, corners, places, matrices) else { return };
-    let share = f64::from(pair.share) * TILT_SHARE / 3.0;
+    let share = f64::from(pair.share) * full.tilt_shares[pair.full_triangle as usize] / 3.0;
     // How each corner's height over the plane changes with its place.
     let slopes = [0, 1, 2].map(|k| {
         let m = &matrices[pair.frame as usize][corners[k] as usize];

@@ -47,6 +47,14 @@ impl Uprights {
         Self { normals: matrices.par_iter().map(|m| face_normals(shape, m)).collect() }
     }
 
+    /// Takes triangles whose corners changed as they are now.
+    pub fn renew(&mut self, shape: &Shape, matrices: &[Vec<Mat3x4>], turned: &[(usize, [u32; 3])]) {
+        self.normals.par_iter_mut().zip(matrices).for_each(|(normals, matrices)| {
+            let now = face_normals(shape, matrices);
+            turned.iter().for_each(|&(t, _)| normals[t] = now[t]);
+        });
+    }
+
     /// Triangles that have turned over in some frame.
     fn turned(&self, shape: &Shape, matrices: &[Vec<Mat3x4>]) -> Vec<usize> {
         let by_frame: Vec<Vec<usize>> = self

@@ -1,10 +1,11 @@
 //! Full detail as the fit sees it: its triangles, posed in the frames that count, with points spread over it.
 
 use super::charts::Charts;
-use super::pairs::Pair;
-use super::pulls::slide_shares;
-use crate::closest::ClosestTriangles;
+use super::pairs::{Pair, mix};
+use super::pulls::{FLAT_TILT_SHARE, TILT_SHARE, slide_shares};
+use crate::closest::{ClosestTriangles, NodeGroups};
 use crate::frames::draw_evenly;
+use crate::interpenetration::find_layers;
 use crate::measure::{Sample, spread_samples};
 use crate::quadrics::{dot, pose_position, sub};
 use crate::{CollapseOrder, LodMesh, LodPoses, Mat3x4};
@@ -31,8 +32,16 @@ pub(crate) struct FullDetail<'a> {
     /// The order's triangles, in vertices of `mesh`.
     pub triangles: Vec<[u32; 3]>,
     pub charts: Charts,
+    /// Layer of each triangle: what hangs together by place.
+    pub layers: Vec<u32>,
+    /// Of the nodes of the frames' trees.
+    pub groups: NodeGroups,
     /// What a squared slide of the texture counts in each triangle, next to a squared distance.
     pub slide_shares: Vec<f64>,
+    /// Material of each triangle.
+    pub materials: Vec<u16>,
+    /// What tilts count in each triangle.
+    pub tilt_shares: Vec<f64>,
     pub frames: Vec<Frame<'a>>,
 }
 
@@ -42,6 +51,8 @@ impl<'a> FullDetail<'a> {
         let triangles: Vec<[u32; 3]> = order.triangle_source.iter().map(|&t| mesh.triangles[t as usize]).collect();
         let limit = (frame_limit as usize).clamp(1, (POSED_LIMIT / mesh.positions.len().max(1)).max(1));
         let tree = ClosestTriangles::new(mesh.positions, &triangles);
+        let layers = find_layers(mesh.positions, &triangles);
+        let groups = tree.group_by(layers.clone());
         let frames = draw_evenly(poses.frame_weights, limit)
             .into_par_iter()
             .map(|(frame, weight)| {
@@ -56,7 +67,39 @@ impl<'a> FullDetail<'a> {
         let materials: Vec<u16> = order.triangle_source.iter().map(|&t| mesh.triangle_materials[t as usize]).collect();
         let charts = Charts::new(mesh, &triangles, &materials);
         let slide_shares = slide_shares(mesh, &triangles, &order.triangle_source);
-        Self { mesh, triangles, charts, slide_shares, frames }
+        let is_flat = |m: &u16| mesh.appearance.flat_materials.get(usize::from(*m)).copied().unwrap_or(false);
+        let tilt_shares = materials.iter().map(|m| if is_flat(m) { FLAT_TILT_SHARE } else { TILT_SHARE }).collect();
+        Self { mesh, triangles, charts, layers, groups, slide_shares, materials, tilt_shares, frames }
+    }
+
+    /// Colour of a vertex, linear.
+    pub fn tint(&self, v: u32) -> [f32; 3] {
+        let [r, g, b, _] = self.mesh.colors[v as usize].map(|c| f32::from(c) / 255.0);
+        [r, g, b]
+    }
+
+    /// Whether colours between vertices are known.
+    pub fn knows_colors(&self) -> bool {
+        self.mesh.appearance.textures.is_some()
+    }
+
+    /// The colour that a material shows, sRGB; black where nobody knows.
+    pub fn color(&self, material: u16, uv: [f32; 2], tint: [f32; 3]) -> [f32; 3] {
+        self.mesh.appearance.textures.map_or([0.0; 3], |textures| textures.color(material, uv, tint))
+    }
+
+    /// The colour that full detail shows in a triangle.
+    pub fn color_in(&self, triangle: u32, weights: [f32; 3]) -> [f32; 3] {
+        let corners = self.triangles[triangle as usize];
+        let uvs = corners.map(|v| self.mesh.uvs[v as usize]);
+        let uv = [0, 1].map(|i| (0..3).map(|k| uvs[k][i] * weights[k]).sum());
+        self.color(self.materials[triangle as usize], uv, mix(corners.map(|v| self.tint(v)), weights))
+    }
+
+    /// Whether a triangle is shaded by its own normal.
+    pub fn is_flat(&self, triangle: u32) -> bool {
+        let material = usize::from(self.materials[triangle as usize]);
+        self.mesh.appearance.flat_materials.get(material).copied().unwrap_or(false)
     }
 
     /// Mean square of a length in the frames over the same length in bind space.

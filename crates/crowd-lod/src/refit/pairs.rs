@@ -1,9 +1,12 @@
 //! Finds, for points on both surfaces, the closest point on the other: what the fit pulls together.
+//!
+//! A point looks in its own layer, as long as that has a triangle left: of two shells that lie close, as the white of an eye under
+//! its cornea, the wrong one is often nearer, and a fit to it would mix them.
 
 use super::full_detail::FullDetail;
 use super::shape::Shape;
 use crate::Mat3x4;
-use crate::closest::{ClosestTriangles, Hit};
+use crate::closest::{ClosestTriangles, Hit, NodeGroups};
 use crate::measure::{Sample, spread_samples};
 use crate::quadrics::{cross, dot, sub};
 use rayon::prelude::*;
@@ -44,16 +47,27 @@ pub(crate) struct Probes {
     full: Vec<Sample>,
     level: Vec<Sample>,
     tree: ClosestTriangles,
+    /// Layers of the tree's nodes.
+    groups: NodeGroups,
+    /// Whether each layer has a triangle left.
+    alive: Vec<bool>,
 }
 
 impl Probes {
     /// Spreads `count` points over each side.
     pub fn new(full: &FullDetail<'_>, shape: &Shape, count: u32) -> Self {
         let bind = shape.bind();
+        let tree = ClosestTriangles::new(&bind, &shape.triangles);
+        // The level's triangles are the first of full detail's.
+        let layers = full.layers[..shape.triangles.len()].to_vec();
+        let mut alive = vec![false; full.layers.iter().max().map_or(0, |&most| most as usize + 1)];
+        layers.iter().for_each(|&layer| alive[layer as usize] = true);
         Self {
             full: full.spread(count),
             level: spread_samples(&bind, &shape.triangles, count),
-            tree: ClosestTriangles::new(&bind, &shape.triangles),
+            groups: tree.group_by(layers),
+            tree,
+            alive,
         }
     }
 
@@ -93,7 +107,9 @@ impl Probes {
         for sample in self.full.iter().skip(f).step_by(step) {
             let (corners, weights, point) = place(sample, &frame.posed, &full.triangles);
             let facing = facing.then(|| normal(corners));
-            let Some(hit) = tree.closest_point(point, &posed, &shape.triangles, facing, last) else { continue };
+            let layer = full.layers[sample.triangle as usize];
+            let own = self.alive[layer as usize].then_some((&self.groups, layer));
+            let Some(hit) = tree.closest_point_in(point, &posed, &shape.triangles, facing, last, own) else { continue };
             last = Some(hit.triangle);
             let corners = shape.triangles[hit.triangle as usize].map(|v| posed[v as usize]);
             let at = mix(corners, hit.weights);
@@ -114,7 +130,8 @@ impl Probes {
         for sample in self.level.iter().skip(f).step_by(step) {
             let (corners, weights, point) = place(sample, &posed, &shape.triangles);
             let facing = facing.then(|| normal(corners));
-            let Some(hit) = frame.tree.closest_point(point, &frame.posed, &full.triangles, facing, last) else {
+            let own = Some((&full.groups, full.layers[sample.triangle as usize]));
+            let Some(hit) = frame.tree.closest_point_in(point, &frame.posed, &full.triangles, facing, last, own) else {
                 continue;
             };
             last = Some(hit.triangle);

@@ -16,9 +16,11 @@ const COLOR_FACTOR: f64 = 2.0;
 /// What the colours may add to a slide's share at most: single edges in a picture are no reason to leave the surface.
 const MOST_COLOR_SHARE: f64 = 0.3;
 /// What the squared rise of an edge over full detail's plane counts.
-pub(crate) const TILT_SHARE: f64 = 0.04;
+pub(crate) const TILT_SHARE: f64 = 0.02;
+/// The same where faces are shaded by their own normals: there tilts are all that is seen.
+pub(crate) const FLAT_TILT_SHARE: f64 = 0.08;
 /// What a squared distance between rims counts next to one between surfaces, half an edge wide.
-pub(crate) const RIM_SHARE: f64 = 0.08;
+pub(crate) const RIM_SHARE: f64 = 0.05;
 /// Cosine between faces below which their tilt tells nothing.
 const SAME_SIDE_COS: f32 = 0.3;
 
@@ -44,10 +46,15 @@ pub(crate) fn slide(full: &FullDetail<'_>, uvs: &[[f32; 2]; 3], pair: &Pair) -> 
     (length.is_finite() && length < longest).then_some(slide)
 }
 
+/// What the difference between black and white costs, as a distance, metres.
+pub(crate) fn color_metres(mesh: &LodMesh<'_>) -> f64 {
+    COLOR_FACTOR * COLOR_SHARE * f64::from(diagonal(mesh.positions))
+}
+
 /// What a squared slide counts in each triangle, next to a squared distance: a little everywhere, and as much as the colours
 /// change along it where the caller knows them. `sources`: the triangle of `mesh` that each one is.
 pub(crate) fn slide_shares(mesh: &LodMesh<'_>, triangles: &[[u32; 3]], sources: &[u32]) -> Vec<f64> {
-    let color_metres = COLOR_FACTOR * COLOR_SHARE * f64::from(diagonal(mesh.positions));
+    let color_metres = color_metres(mesh);
     let double_area = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
         let n = cross(sub(b, a), sub(c, a));
@@ -83,7 +90,7 @@ pub(crate) fn objective(
         f64::from(pair.share)
             * (f64::from(dot(pair.offset, pair.offset))
                 + full.slide_shares[pair.full_triangle as usize] * slide
-                + TILT_SHARE * tilt)
+                + full.tilt_shares[pair.full_triangle as usize] * tilt)
     };
     let parts: Vec<f64> = pairs.par_chunks(4096).map(|chunk| chunk.iter().map(one).sum()).collect();
     parts.iter().sum::<f64>() / 2.0

@@ -35,9 +35,21 @@ fn before_and_after(mesh: &TestMesh, poses: &TestPoses, held_out: &TestPoses, tr
     [before, after].map(|level| distance(mesh, &order, &level, held_out))
 }
 
-/// Finite everywhere, unit normals, weights that sum to 1, and the same connectivity.
+/// Edges that one triangle has alone, as vertices.
+fn borders(level: &LevelMesh) -> Vec<[u32; 2]> {
+    let mut edges: Vec<[u32; 2]> = level
+        .triangles
+        .iter()
+        .flat_map(|t| [0, 1, 2].map(|i| [t[i].min(t[(i + 1) % 3]), t[i].max(t[(i + 1) % 3])]))
+        .collect();
+    edges.sort_unstable();
+    edges.chunk_by(|a, b| a == b).filter(|group| group.len() == 1).map(|group| group[0]).collect()
+}
+
+/// Finite everywhere, unit normals, weights that sum to 1, and the same connectivity but for flipped edges.
 fn check_level(before: &LevelMesh, after: &LevelMesh) {
-    assert_eq!((&before.vertices, &before.triangles), (&after.vertices, &after.triangles));
+    assert_eq!((&before.vertices, before.triangles.len()), (&after.vertices, after.triangles.len()));
+    assert_eq!(borders(before), borders(after));
     assert!(after.positions.as_flattened().iter().chain(after.uvs.as_flattened()).all(|c| c.is_finite()));
     for v in 0..after.vertices.len() {
         let [x, y, z] = after.normals[v];
@@ -107,6 +119,41 @@ fn seams_stay_together_to_the_bit() {
     assert!(together > 20 && moved > 10, "{together} {moved}");
 }
 
+/// Two balls, one in the other, so close that a level's facets cut through both.
+#[test]
+fn shells_that_lie_close_keep_apart() {
+    let mut mesh = uv_sphere(32, 24);
+    let mut outer = uv_sphere(30, 22);
+    outer.positions.iter_mut().for_each(|p| *p = p.map(|c| c * 1.01));
+    mesh.append(&outer);
+    let order = order_of(&mesh, &TestPoses::rest());
+    let level = level_at(&order, order.triangles.len() as u32 / 3);
+    let before = level_mesh(&mesh.mesh(), &order, &level);
+    let after = refit(&mesh.mesh(), &TestPoses::rest().poses(), &order, &level, &RefitOptions::default());
+    check_level(&before, &after);
+    // Each shell is as far out, in the mean over its area, as at full detail.
+    let inner_count = uv_sphere(32, 24).positions.len() as u32;
+    let length = |p: [f32; 3]| (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
+    let mean_radius = |triangles: &mut dyn Iterator<Item = [[f32; 3]; 3]>| {
+        let (mut sum, mut areas) = (0.0, 0.0);
+        for [a, b, c] in triangles {
+            let area = length(crate::quadrics::cross(crate::quadrics::sub(b, a), crate::quadrics::sub(c, a)));
+            let middle = [0, 1, 2].map(|i| (a[i] + b[i] + c[i]) / 3.0);
+            sum += area * (length(middle) * 0.75 + (length(a) + length(b) + length(c)) / 12.0);
+            areas += area;
+        }
+        sum / areas
+    };
+    for outer in [false, true] {
+        let source = |v: u32| order.vertex_source[after.vertices[v as usize] as usize];
+        let full = mesh.triangles.iter().filter(|t| (t[0] >= inner_count) == outer);
+        let fitted = after.triangles.iter().filter(|t| (source(t[0]) >= inner_count) == outer);
+        let full = mean_radius(&mut full.map(|t| t.map(|v| mesh.positions[v as usize])));
+        let fitted = mean_radius(&mut fitted.map(|t| t.map(|v| after.positions[v as usize])));
+        assert!((full - fitted).abs() < 0.001, "{full} {fitted}");
+    }
+}
+
 #[test]
 fn texture_triangles_keep_their_side() {
     let mesh = grid(24, 24, |x, y| libm::sinf(x as f32 * 0.4) * libm::cosf(y as f32 * 0.3) * 2.0, |x, _| x == 11);
@@ -115,7 +162,7 @@ fn texture_triangles_keep_their_side() {
         let level = level_at(&order, triangles);
         let before = level_mesh(&mesh.mesh(), &order, &level);
         let after = refit(&mesh.mesh(), &TestPoses::rest().poses(), &order, &level, &RefitOptions::default());
-        for t in &before.triangles {
+        for t in &after.triangles {
             let area = |level: &LevelMesh| {
                 let [a, b, c] = t.map(|v| level.uvs[v as usize]);
                 (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
