@@ -67,30 +67,44 @@ fn bucketed(@builtin(vertex_index) v: u32, @builtin(instance_index) entry: u32) 
 }
 
 // The same between two levels: a vertex that the coarser one lacks comes from where that has it, with its normal, texture
-// coordinates and colour. Twin: pose_between in crowd-stages/src/cpu/pose_instance.rs.
+// coordinates, colour and matrix. Twin: pose_between in crowd-stages/src/cpu/pose_instance.rs.
 @vertex
 fn bucketed_morphing(@builtin(vertex_index) v: u32, @builtin(instance_index) entry: u32) -> Surface {
     let i = slot_instances[entry];
     let morph = morphs[i];
-    var surface = place_vertex(i, v);
     if v < morph.coarser_vertex_count || morph.fraction >= 1.0 {
-        return surface;
+        return place_vertex(i, v);
     }
-    let first = characters[instances[i].character].vertex_offset;
+    let instance = instances[i];
+    let character = characters[instance.character];
+    let clip = clips[instance.clip];
     var at = v;
     while at >= morph.coarser_vertex_count {
-        let next = collapse_map[first + at];
+        let next = collapse_map[character.vertex_offset + at];
         if next >= at {
             break;
         }
         at = next;
     }
-    let origin = place_vertex(i, at);
-    surface.world_position = mix(origin.world_position, surface.world_position, morph.fraction);
+    let vertex = vertices[character.vertex_offset + v];
+    let origin = vertices[character.vertex_offset + at];
+    let pair = frame_pair(clip, instance.phase_s, config.time_s);
+    var rows = skin_matrix(vertex, clip, character.joint_count, pair);
+    // Neighbours on one joint have one matrix; only others are worth a second one.
+    if any(vertex.joints != origin.joints) || any(vertex.weights != origin.weights) {
+        let first = skin_matrix(origin, clip, character.joint_count, pair);
+        rows = first * (1.0 - morph.fraction) + rows * morph.fraction;
+    }
+    let position = mix(origin.position, vertex.position, morph.fraction);
+    let normal = mix(decode_normal(origin.normal_oct), decode_normal(vertex.normal_oct), morph.fraction);
+
+    var surface: Surface;
+    surface.world_position = world_from_local(instance, vec4f(position, 1.0) * rows);
     surface.clip_position = config.clip_from_world * vec4f(surface.world_position, 1.0);
-    surface.normal = mix(normalize(origin.normal), normalize(surface.normal), morph.fraction);
-    surface.uv = mix(origin.uv, surface.uv, morph.fraction);
-    surface.color = mix(origin.color, surface.color, morph.fraction);
+    surface.normal = turn(instance.yaw_rad, vec4f(normal, 0.0) * rows);
+    surface.uv = mix(origin.uv, vertex.uv, morph.fraction);
+    surface.color = mix(unpack4x8unorm(origin.color), unpack4x8unorm(vertex.color), morph.fraction);
+    surface.material = character.material_offset + (vertex.material_class & 0xffffu);
     return surface;
 }
 

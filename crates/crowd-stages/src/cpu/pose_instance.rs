@@ -4,7 +4,7 @@ use super::reform_triangles::surviving;
 use super::{reform_level, turn, world_from_local};
 use crate::{CrowdData, InstanceRecord, LodChoice, MorphRecord};
 use crowd_pack::{ClipRecord, VertexRecord, decode_normal};
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 /// An instance posed on the CPU at its level: what the vertex shader computes, vertex by vertex.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -47,7 +47,7 @@ pub fn pose_instance(data: &CrowdData, instance: &InstanceRecord, choice: LodCho
 /// The same between two levels: a vertex that the coarser one lacks comes from where that has it, by `morph.fraction`, with its
 /// normal, texture coordinates and colour.
 ///
-/// Both places are skinned, so at 0 the surface is that of the coarser level in every pose. Seam partners collapse together
+/// Its matrix comes from there, too, so at 0 the surface is that of the coarser level in every pose. Seam partners collapse together
 /// (Peng 2011 §4.2), so they move together. Paper: none of ours; geomorphs as in Hoppe 1996. Twin: `bucketed_morphing` in
 /// `shaders/draw/crowd.wgsl`.
 pub fn pose_between(
@@ -68,42 +68,32 @@ pub fn pose_between(
         colors: vertices.iter().map(|vertex| vertex.color.to_le_bytes()).collect(),
         triangles: reform_level(data, character, choice),
     };
-    for vertex in vertices {
-        let rows = skin_matrix(&palette, vertex);
-        let position = Vec3::from_array(vertex.position).extend(1.0);
-        let normal = Vec3::from_array(decode_normal(vertex.normal_oct)).extend(0.0);
+    let collapse_map = &data.collapse_map[first..first + vertices.len()];
+    for (v, vertex) in vertices.iter().enumerate() {
+        let mut rows = skin_matrix(&palette, vertex);
+        let mut position = Vec3::from_array(vertex.position);
+        let mut normal = Vec3::from_array(decode_normal(vertex.normal_oct));
+        if v as u32 >= morph.coarser_vertex_count && morph.fraction < 1.0 {
+            let origin = &vertices[surviving(collapse_map, v as u32, morph.coarser_vertex_count) as usize];
+            let from = skin_matrix(&palette, origin);
+            rows = [0, 1, 2].map(|r| from[r].lerp(rows[r], morph.fraction));
+            position = Vec3::from_array(origin.position).lerp(position, morph.fraction);
+            normal = Vec3::from_array(decode_normal(origin.normal_oct)).lerp(normal, morph.fraction);
+            posed.uvs[v] = Vec2::from_array(origin.uv).lerp(Vec2::from_array(vertex.uv), morph.fraction).to_array();
+            posed.colors[v] = mix_colors(origin.color.to_le_bytes(), posed.colors[v], morph.fraction);
+        }
+        let (position, normal) = (position.extend(1.0), normal.extend(0.0));
         let local = Vec3::new(rows[0].dot(position), rows[1].dot(position), rows[2].dot(position));
         let turned = Vec3::new(rows[0].dot(normal), rows[1].dot(normal), rows[2].dot(normal));
         posed.positions.push(world_from_local(instance, local).to_array());
         posed.normals.push(turn(instance.yaw_rad, turned).normalize_or(Vec3::Y).to_array());
     }
-    if morph.fraction < 1.0 {
-        let collapse_map = &data.collapse_map[first..first + vertices.len()];
-        for v in morph.coarser_vertex_count as usize..vertices.len() {
-            let origin = surviving(collapse_map, v as u32, morph.coarser_vertex_count) as usize;
-            posed.move_from(origin, v, morph.fraction);
-        }
-    }
     posed
 }
 
-impl PosedInstance {
-    /// Moves vertex `v` back towards `origin`, which stays.
-    fn move_from(&mut self, origin: usize, v: usize, fraction: f32) {
-        let mix = |a: f32, b: f32| a * (1.0 - fraction) + b * fraction;
-        for axis in 0..3 {
-            self.positions[v][axis] = mix(self.positions[origin][axis], self.positions[v][axis]);
-            self.normals[v][axis] = mix(self.normals[origin][axis], self.normals[v][axis]);
-        }
-        self.normals[v] = Vec3::from_array(self.normals[v]).normalize_or(Vec3::Y).to_array();
-        for axis in 0..2 {
-            self.uvs[v][axis] = mix(self.uvs[origin][axis], self.uvs[v][axis]);
-        }
-        for channel in 0..4 {
-            let mixed = mix(f32::from(self.colors[origin][channel]), f32::from(self.colors[v][channel]));
-            self.colors[v][channel] = (mixed + 0.5) as u8;
-        }
-    }
+fn mix_colors(from: [u8; 4], to: [u8; 4], fraction: f32) -> [u8; 4] {
+    let mix = |(from, to): (u8, u8)| (f32::from(from) * (1.0 - fraction) + f32::from(to) * fraction + 0.5) as u8;
+    std::array::from_fn(|channel| mix((from[channel], to[channel])))
 }
 
 /// Where in its clip an instance is: `t = (time + phase) mod duration`, `frame = t / duration * (frames - 1)`.
