@@ -2,7 +2,7 @@
 //!
 //! The file format is documented and frozen (sqlite.org/fileformat2.html). A simulator's trajectories need four tables
 //! read from start to end, so this is all of it: pages, b-trees of tables, records. Every offset is checked; a page is
-//! visited once at most, so hostile links end. Why no library: docs/decisions/0016-own-sqlite-reader.md.
+//! visited once at most, so hostile links end. Why no library: docs/decisions/0020-own-sqlite-reader.md.
 
 mod btree;
 mod record;
