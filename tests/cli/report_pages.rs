@@ -187,7 +187,7 @@ fn discrete_levels_stand_beside_those_they_were_made_from() {
     let drawn = tags.iter().filter(|tag| tag.attribute("data-level").is_some()).count();
     assert_eq!(drawn, 9 * 4 * 2);
     for words in [
-        "lod1</b>",
+        "<b>lod1, refitted</b>",
         "<b>lod3, refitted</b>",
         "asked: 7% of the triangles",
         "RMS of refitted levels",
