@@ -11,7 +11,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// The whole bench.
 #[derive(Debug, Clone, Serialize)]
 pub struct BenchReport {
-    /// [`SCHEMA_VERSION`].
+    /// Number of this shape; grows when a key changes its meaning or goes.
     pub schema_version: u32,
     /// Program and version.
     pub program: String,
