@@ -1,4 +1,4 @@
-// Water filling: the highest level of water (vertices a unit of weight) at which the crowd fits the budget, by four passes
+// Water filling: the highest level of water (vertices a unit of weight) at which the crowd fits the budget, by three passes
 // over sixteen candidates each; what is left goes to the first instances as a step towards the next candidate.
 // Integers and single products only, so the twin is equal. Twin: crowd-stages/src/cpu/fill_budget.rs.
 
@@ -18,8 +18,12 @@ const FILL_GROUP_SIZE: u32 = 64u;
 // Bits of 2^80: far above what fills any level, and no product with a weight overflows.
 const HIGHEST_BITS: u32 = 0x67800000u;
 
+// The square root of a block.
+const RUN: u32 = 16u;
+
 var<workgroup> lane_counts: array<u32, 1024>;
 var<workgroup> steps: array<u32, BLOCK_SIZE>;
+var<workgroup> run_bases: array<u32, RUN>;
 
 fn block_count() -> u32 {
     return (config.instance_count + BLOCK_SIZE - 1u) / BLOCK_SIZE;
@@ -65,12 +69,48 @@ fn level_in(number: u32, character: CharacterRecord, weight: f32, bits: u32) -> 
     return lods[character.lod_offset + u32(k)];
 }
 
+// Vertices of an instance in water of four heights.
+fn counts_in(number: u32, character: CharacterRecord, weight: f32, bits: vec4u) -> vec4u {
+    return vec4u(
+        level_in(number, character, weight, bits.x).vertex_count,
+        level_in(number, character, weight, bits.y).vertex_count,
+        level_in(number, character, weight, bits.z).vertex_count,
+        level_in(number, character, weight, bits.w).vertex_count,
+    );
+}
+
+fn saturating_add_4(a: vec4u, b: vec4u) -> vec4u {
+    let sum = a + b;
+    return select(sum, vec4u(0xffffffffu), sum < a);
+}
+
+fn candidates_from(first: u32) -> vec4u {
+    return vec4u(
+        fill.candidates[first],
+        fill.candidates[first + 1u],
+        fill.candidates[first + 2u],
+        fill.candidates[first + 3u],
+    );
+}
+
+fn keep_lane_counts(first: u32, counts: vec4u) {
+    for (var c = 0u; c < 4u; c++) {
+        lane_counts[first + c] = counts[c];
+    }
+}
+
+// The sixteen sums are four vectors, which stay in registers; an array would not.
 @compute @workgroup_size(FILL_GROUP_SIZE)
 fn sum_candidates(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
-    for (var c = 0u; c < FILL_CANDIDATES; c++) {
-        lane_counts[lane * FILL_CANDIDATES + c] = 0u;
-    }
+    let bits_a = candidates_from(0u);
+    let bits_b = candidates_from(4u);
+    let bits_c = candidates_from(8u);
+    let bits_d = candidates_from(12u);
+    var counts_a = vec4u();
+    var counts_b = vec4u();
+    var counts_c = vec4u();
+    var counts_d = vec4u();
     for (var part = lane; part < BLOCK_SIZE; part += FILL_GROUP_SIZE) {
         let i = block * BLOCK_SIZE + part;
         if i >= config.instance_count || culled[i].visible == 0u {
@@ -79,12 +119,15 @@ fn sum_candidates(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         let number = instances[i].character;
         let character = characters[number];
         let weight = culled[i].weight;
-        for (var c = 0u; c < FILL_CANDIDATES; c++) {
-            let count = level_in(number, character, weight, fill.candidates[c]).vertex_count;
-            let at = lane * FILL_CANDIDATES + c;
-            lane_counts[at] = saturating_add(lane_counts[at], count);
-        }
+        counts_a = saturating_add_4(counts_a, counts_in(number, character, weight, bits_a));
+        counts_b = saturating_add_4(counts_b, counts_in(number, character, weight, bits_b));
+        counts_c = saturating_add_4(counts_c, counts_in(number, character, weight, bits_c));
+        counts_d = saturating_add_4(counts_d, counts_in(number, character, weight, bits_d));
     }
+    keep_lane_counts(lane * FILL_CANDIDATES, counts_a);
+    keep_lane_counts(lane * FILL_CANDIDATES + 4u, counts_b);
+    keep_lane_counts(lane * FILL_CANDIDATES + 8u, counts_c);
+    keep_lane_counts(lane * FILL_CANDIDATES + 12u, counts_d);
     workgroupBarrier();
     if lane < FILL_CANDIDATES && block < block_count() {
         var sum = 0u;
@@ -171,18 +214,30 @@ fn sum_steps(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_
     }
 }
 
-// Inclusive scan of `steps` over the group.
+// Inclusive scan of `steps` over the group, in runs of sixteen, then over their sums: a barrier costs more than a few sums.
 fn scan_group(lane: u32) {
-    for (var step = 1u; step < BLOCK_SIZE; step *= 2u) {
-        workgroupBarrier();
-        var value = steps[lane];
-        if lane >= step {
-            value = saturating_add(value, steps[lane - step]);
+    workgroupBarrier();
+    if lane < RUN {
+        var sum = 0u;
+        for (var i = lane * RUN; i < lane * RUN + RUN; i++) {
+            sum = saturating_add(sum, steps[i]);
+            steps[i] = sum;
         }
-        workgroupBarrier();
-        steps[lane] = value;
     }
     workgroupBarrier();
+    if lane == 0u {
+        var sum = 0u;
+        for (var r = 0u; r < RUN; r++) {
+            run_bases[r] = sum;
+            sum = saturating_add(sum, steps[r * RUN + RUN - 1u]);
+        }
+    }
+    workgroupBarrier();
+}
+
+// Of the scanned steps: the sum of those up to a lane.
+fn sum_up_to(lane: u32) -> u32 {
+    return saturating_add(run_bases[lane / RUN], steps[lane]);
 }
 
 // One group: each thread takes a run of blocks. Replaces each block's step by the sum of all before it.
@@ -199,7 +254,7 @@ fn scan_steps(@builtin(local_invocation_index) lane: u32) {
     scan_group(lane);
     var base = 0u;
     if lane > 0u {
-        base = steps[lane - 1u];
+        base = sum_up_to(lane - 1u);
     }
     for (var b = first; b < end; b++) {
         let step = block_counts[b];
@@ -223,7 +278,7 @@ fn choose_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocat
     }
     var bits = fill.low_bits;
     let left = max(config.budget, fill.low_count) - fill.low_count;
-    if saturating_add(block_counts[block], steps[lane]) <= left {
+    if saturating_add(block_counts[block], sum_up_to(lane)) <= left {
         bits = fill.high_bits;
     }
     let number = instances[i].character;

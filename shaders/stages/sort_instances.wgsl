@@ -10,62 +10,62 @@
 @group(0) @binding(5) var<storage, read_write> sorted_keys: array<u32>;
 @group(0) @binding(6) var<storage, read_write> sorted_values: array<u32>;
 
-var<workgroup> digits: array<u32, SORT_BLOCK_SIZE>;
 var<workgroup> places: array<u32, SORT_BLOCK_SIZE>;
+var<workgroup> tallies: array<atomic<u32>, SORT_BLOCK_SIZE>;
+// Which lanes have an entry, two words; then which have each of the digit's bits set.
+var<workgroup> votes: array<atomic<u32>, 14>;
 
 fn block_count() -> u32 {
     return (config.instance_count + SORT_BLOCK_SIZE - 1u) / SORT_BLOCK_SIZE;
 }
 
-// The digit of entry i; one that no entry has past the end.
 fn digit_of(i: u32) -> u32 {
-    if i >= config.instance_count {
-        return NONE;
-    }
     return (keys[i] >> sort.shift) & ((1u << sort.bits) - 1u);
 }
 
-// Lanes before this one with the same digit.
-fn rank_of(lane: u32) -> u32 {
-    let digit = digits[lane];
-    var rank = 0u;
-    for (var other = 0u; other < lane; other++) {
-        rank += select(0u, 1u, digits[other] == digit);
-    }
-    return rank;
-}
-
+// Sums of ones come out alike in any order.
 @compute @workgroup_size(SORT_BLOCK_SIZE)
 fn count_digits(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
-    digits[lane] = digit_of(block * SORT_BLOCK_SIZE + lane);
-    places[lane] = 0u;
-    workgroupBarrier();
-    let digit = digits[lane];
-    let rank = rank_of(lane);
-    var is_last = digit != NONE;
-    for (var other = lane + 1u; other < SORT_BLOCK_SIZE; other++) {
-        is_last = is_last && digits[other] != digit;
-    }
-    if is_last {
-        places[digit] = rank + 1u;
+    let i = block * SORT_BLOCK_SIZE + lane;
+    if i < config.instance_count {
+        atomicAdd(&tallies[digit_of(i)], 1u);
     }
     workgroupBarrier();
     if lane < (1u << sort.bits) && block < block_count() {
-        digit_counts[lane * block_count() + block] = places[lane];
+        digit_counts[lane * block_count() + block] = atomicLoad(&tallies[lane]);
     }
 }
 
-// Inclusive scan of `places` over the group.
+fn vote(number: u32, lane: u32) {
+    atomicOr(&votes[2u * number + lane / 32u], 1u << (lane % 32u));
+}
+
+fn voters(number: u32) -> vec2u {
+    return vec2u(atomicLoad(&votes[2u * number]), atomicLoad(&votes[2u * number + 1u]));
+}
+
+// Lanes before this one with the same digit; everyone has voted.
+fn rank_of(lane: u32, digit: u32) -> u32 {
+    var same = voters(0u);
+    for (var bit = 0u; bit < sort.bits; bit++) {
+        let with_bit = voters(1u + bit);
+        same &= select(~with_bit, with_bit, ((digit >> bit) & 1u) == 1u);
+    }
+    let below = (1u << (lane % 32u)) - 1u;
+    let ones = countOneBits(same & select(vec2u(below, 0u), vec2u(0xffffffffu, below), lane >= 32u));
+    return ones.x + ones.y;
+}
+
+// Inclusive scan of `places` over the group by one lane: sixty-four sums take less time than a dozen barriers.
 fn scan_group(lane: u32) {
-    for (var step = 1u; step < SORT_BLOCK_SIZE; step *= 2u) {
-        workgroupBarrier();
-        var value = places[lane];
-        if lane >= step {
-            value += places[lane - step];
+    workgroupBarrier();
+    if lane == 0u {
+        var sum = 0u;
+        for (var other = 0u; other < SORT_BLOCK_SIZE; other++) {
+            sum += places[other];
+            places[other] = sum;
         }
-        workgroupBarrier();
-        places[lane] = value;
     }
     workgroupBarrier();
 }
@@ -103,17 +103,26 @@ fn move_entries(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocati
     let block = group_number(workgroup);
     let blocks = block_count();
     let i = block * SORT_BLOCK_SIZE + lane;
-    digits[lane] = digit_of(i);
+    let has_entry = i < config.instance_count;
+    var digit = 0u;
+    if has_entry {
+        digit = digit_of(i);
+        vote(0u, lane);
+        for (var bit = 0u; bit < sort.bits; bit++) {
+            if ((digit >> bit) & 1u) == 1u {
+                vote(1u + bit, lane);
+            }
+        }
+    }
     places[lane] = 0u;
     if lane < (1u << sort.bits) {
         places[lane] = digit_counts[(1u << sort.bits) * blocks + lane];
     }
     scan_group(lane);
-    if i >= config.instance_count {
+    if !has_entry {
         return;
     }
-    let digit = digits[lane];
-    var place = digit_counts[digit * blocks + block] + rank_of(lane);
+    var place = digit_counts[digit * blocks + block] + rank_of(lane, digit);
     if digit > 0u {
         place += places[digit - 1u];
     }

@@ -1,4 +1,4 @@
-//! Dispatches of water filling: four passes of the search, then the steps' prefix sums and the levels.
+//! Dispatches of water filling: three passes of the search, then the steps' prefix sums and the levels.
 
 use super::kernel::{Kernel, Use, blocks, stage_source};
 use crate::cpu::FILL_PASSES;
