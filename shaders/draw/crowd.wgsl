@@ -1,5 +1,5 @@
-// The crowd: vertices pulled from the characters' records, skinned, lit per pixel. Materials differ a vertex, so one draw
-// serves all characters (Dong 2019 §5). Vertex twin: crowd-stages/src/cpu/pose_instance.rs; pixels: crowd-raster.
+// The crowd: vertices of the characters skinned, lit per pixel. Materials differ a vertex, so one draw can serve all characters
+// (Dong 2019 §5). Vertex twin: crowd-stages/src/cpu/pose_instance.rs; pixels: crowd-raster.
 
 @group(0) @binding(0) var<uniform> config: FrameConfig;
 @group(0) @binding(1) var<uniform> draw: DrawConfig;
@@ -7,15 +7,13 @@
 @group(0) @binding(3) var<storage, read> characters: array<CharacterRecord>;
 @group(0) @binding(4) var<storage, read> clips: array<ClipRecord>;
 @group(0) @binding(5) var<storage, read> vertices: array<VertexRecord>;
-// Whose each entry is: of the frame's vertex list, or of the list of instances sorted by bucket.
+// Whose each entry of the frame's vertex list is.
 @group(0) @binding(6) var<storage, read> slot_instances: array<u32>;
 @group(0) @binding(7) var<storage, read> bases: array<InstanceBase>;
 @group(0) @binding(8) var<storage, read> materials: array<MaterialRecord>;
 @group(0) @binding(9) var animation: texture_2d_array<f32>;
 @group(0) @binding(10) var layers: texture_2d_array<f32>;
 @group(0) @binding(11) var layer_sampler: sampler;
-@group(0) @binding(12) var<storage, read> collapse_map: array<u32>;
-@group(0) @binding(13) var<storage, read> morphs: array<MorphRecord>;
 
 struct Surface {
     @builtin(position) clip_position: vec4f,
@@ -26,86 +24,126 @@ struct Surface {
     @location(4) @interpolate(flat) material: u32,
 }
 
-fn place_vertex(i: u32, v: u32) -> Surface {
+// A vertex of a mesh: VertexRecord in words of 16 bytes.
+struct MeshVertex {
+    // Position and normal.
+    @location(0) place: vec4u,
+    // Texture coordinates, colour, material and class.
+    @location(1) looks: vec4u,
+    // Joints and weights.
+    @location(2) skin: vec4u,
+}
+
+// Where it comes from: OriginRecord in words of 16 bytes.
+struct MeshOrigin {
+    @location(3) place: vec4u,
+    // Texture coordinates, colour, number of the vertex that comes from there.
+    @location(4) looks: vec4u,
+    @location(5) skin: vec4u,
+}
+
+// Whose it is: DrawnInstance in words of 16 bytes.
+struct Owner {
+    // Position and scale.
+    @location(6) place: vec4f,
+    // Sine and cosine of the yaw, fraction of the morph, blend of the frames.
+    @location(7) turn: vec4f,
+    // Vertices of the coarser level, first material, texels of two frames.
+    @location(8) numbers: vec4u,
+}
+
+fn drawn_of(owner: Owner) -> DrawnInstance {
+    let n = owner.numbers;
+    return DrawnInstance(owner.place.xyz, owner.place.w, owner.turn.xy, owner.turn.z, owner.turn.w, n.x, n.y, n.z, n.w);
+}
+
+// A vertex between its origin and its own place.
+struct Moved {
+    position: vec3f,
+    normal: vec3f,
+    uv: vec2f,
+    color: vec4f,
+}
+
+fn at_home(vertex: MeshVertex) -> Moved {
+    return Moved(
+        bitcast<vec3f>(vertex.place.xyz),
+        decode_normal(vertex.place.w),
+        bitcast<vec2f>(vertex.looks.xy),
+        unpack4x8unorm(vertex.looks.z),
+    );
+}
+
+fn on_its_way(vertex: MeshVertex, origin: MeshOrigin, share: f32) -> Moved {
+    let home = at_home(vertex);
+    return Moved(
+        mix(bitcast<vec3f>(origin.place.xyz), home.position, share),
+        mix(decode_normal(origin.place.w), home.normal, share),
+        mix(bitcast<vec2f>(origin.looks.xy), home.uv, share),
+        mix(unpack4x8unorm(origin.looks.z), home.color, share),
+    );
+}
+
+fn surface_of(drawn: DrawnInstance, moved: Moved, rows: mat3x4f, material: u32) -> Surface {
+    // A vector times a matrix of rows: one dot product a row.
+    let local = vec4f(moved.position, 1.0) * rows;
+    let turned = vec4f(moved.normal, 0.0) * rows;
+    var surface: Surface;
+    surface.world_position = drawn.position + turn_by(drawn.turn, local * drawn.scale);
+    surface.clip_position = config.clip_from_world * vec4f(surface.world_position, 1.0);
+    surface.normal = turn_by(drawn.turn, turned);
+    surface.uv = moved.uv;
+    surface.color = moved.color;
+    surface.material = drawn.material_offset + (material & 0xffffu);
+    return surface;
+}
+
+// A vertex that does not move between levels.
+fn place_vertex(drawn: DrawnInstance, vertex: MeshVertex) -> Surface {
+    let rows = skin_matrix(vertex.skin, vertex.skin, 1.0, drawn);
+    return surface_of(drawn, at_home(vertex), rows, vertex.looks.w);
+}
+
+fn draw_of(i: u32) -> DrawnInstance {
     let instance = instances[i];
     let character = characters[instance.character];
-    let clip = clips[instance.clip];
-    let vertex = vertices[character.vertex_offset + v];
-    let pair = frame_pair(clip, instance.phase_s, config.time_s);
-    let rows = skin_matrix(vertex, clip, character.joint_count, pair);
-    // A vector times a matrix of rows: one dot product a row.
-    let local = vec4f(vertex.position, 1.0) * rows;
-    let turned = vec4f(decode_normal(vertex.normal_oct), 0.0) * rows;
-
-    var surface: Surface;
-    surface.world_position = world_from_local(instance, local);
-    surface.clip_position = config.clip_from_world * vec4f(surface.world_position, 1.0);
-    surface.normal = turn(instance.yaw_rad, turned);
-    surface.uv = vertex.uv;
-    surface.color = unpack4x8unorm(vertex.color);
-    surface.material = character.material_offset + (vertex.material_class & 0xffffu);
-    return surface;
+    return drawn_instance(instance, character, clips[instance.clip], MorphRecord(0u, 1.0), config.time_s);
 }
 
 // One draw for the whole crowd: a vertex index is an entry of the frame's vertex list.
 @vertex
 fn reformed(@builtin(vertex_index) slot: u32) -> Surface {
     let i = slot_instances[slot];
-    return place_vertex(i, slot - bases[i].vertex_base);
+    let v = slot - bases[i].vertex_base;
+    let record = vertices[characters[instances[i].character].vertex_offset + v];
+    let vertex = MeshVertex(
+        vec4u(bitcast<vec3u>(record.position), record.normal_oct),
+        vec4u(bitcast<vec2u>(record.uv), record.color, record.material_class),
+        vec4u(record.joints, record.weights),
+    );
+    return place_vertex(draw_of(i), vertex);
 }
 
-// One draw an instance at full detail: a vertex index is the character's own.
+// One draw an instance at full detail.
 @vertex
-fn full_detail(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32) -> Surface {
-    return place_vertex(i, v);
+fn full_detail(vertex: MeshVertex, @builtin(instance_index) i: u32) -> Surface {
+    return place_vertex(draw_of(i), vertex);
 }
 
-// One draw a bucket: the drawn instance is an entry of the sorted list.
+// One draw a bucket.
 @vertex
-fn bucketed(@builtin(vertex_index) v: u32, @builtin(instance_index) entry: u32) -> Surface {
-    return place_vertex(slot_instances[entry], v);
+fn bucketed(vertex: MeshVertex, owner: Owner) -> Surface {
+    return place_vertex(drawn_of(owner), vertex);
 }
 
 // The same between two levels: a vertex that the coarser one lacks comes from where that has it, with its normal, texture
 // coordinates, colour and matrix. Twin: pose_between in crowd-stages/src/cpu/pose_instance.rs.
 @vertex
-fn bucketed_morphing(@builtin(vertex_index) v: u32, @builtin(instance_index) entry: u32) -> Surface {
-    let i = slot_instances[entry];
-    let morph = morphs[i];
-    if v < morph.coarser_vertex_count || morph.fraction >= 1.0 {
-        return place_vertex(i, v);
-    }
-    let instance = instances[i];
-    let character = characters[instance.character];
-    let clip = clips[instance.clip];
-    var at = v;
-    while at >= morph.coarser_vertex_count {
-        let next = collapse_map[character.vertex_offset + at];
-        if next >= at {
-            break;
-        }
-        at = next;
-    }
-    let vertex = vertices[character.vertex_offset + v];
-    let origin = vertices[character.vertex_offset + at];
-    let pair = frame_pair(clip, instance.phase_s, config.time_s);
-    var rows = skin_matrix(vertex, clip, character.joint_count, pair);
-    // Neighbours on one joint have one matrix; only others are worth a second one.
-    if any(vertex.joints != origin.joints) || any(vertex.weights != origin.weights) {
-        let first = skin_matrix(origin, clip, character.joint_count, pair);
-        rows = first * (1.0 - morph.fraction) + rows * morph.fraction;
-    }
-    let position = mix(origin.position, vertex.position, morph.fraction);
-    let normal = mix(decode_normal(origin.normal_oct), decode_normal(vertex.normal_oct), morph.fraction);
-
-    var surface: Surface;
-    surface.world_position = world_from_local(instance, vec4f(position, 1.0) * rows);
-    surface.clip_position = config.clip_from_world * vec4f(surface.world_position, 1.0);
-    surface.normal = turn(instance.yaw_rad, vec4f(normal, 0.0) * rows);
-    surface.uv = mix(origin.uv, vertex.uv, morph.fraction);
-    surface.color = mix(unpack4x8unorm(origin.color), unpack4x8unorm(vertex.color), morph.fraction);
-    surface.material = character.material_offset + (vertex.material_class & 0xffffu);
-    return surface;
+fn bucketed_morphing(vertex: MeshVertex, origin: MeshOrigin, owner: Owner) -> Surface {
+    let drawn = drawn_of(owner);
+    let share = select(1.0, drawn.fraction, origin.looks.w >= drawn.coarser_vertex_count);
+    let rows = skin_matrix(vertex.skin, origin.skin, share, drawn);
+    return surface_of(drawn, on_its_way(vertex, origin, share), rows, vertex.looks.w);
 }
 
 // Everyone placed beforehand: attributes are all there is to a vertex.

@@ -1,12 +1,58 @@
-// An instance's place in the world.
+// An instance's place in the world and in its clip.
 
-// Turns by the instance's yaw: 0 faces +Z, positive turns towards +X.
+// Sine and cosine of a yaw: 0 faces +Z, positive turns towards +X.
+fn turn_of(yaw_rad: f32) -> vec2f {
+    return vec2f(sin(yaw_rad), cos(yaw_rad));
+}
+
+fn turn_by(t: vec2f, v: vec3f) -> vec3f {
+    return vec3f(t.y * v.x + t.x * v.z, v.y, t.y * v.z - t.x * v.x);
+}
+
 fn turn(yaw_rad: f32, v: vec3f) -> vec3f {
-    let s = sin(yaw_rad);
-    let c = cos(yaw_rad);
-    return vec3f(c * v.x + s * v.z, v.y, c * v.z - s * v.x);
+    return turn_by(turn_of(yaw_rad), v);
 }
 
 fn world_from_local(instance: InstanceRecord, p: vec3f) -> vec3f {
     return instance.position + turn(instance.yaw_rad, p * instance.scale);
+}
+
+struct FramePair {
+    first: u32,
+    second: u32,
+    blend: f32,
+}
+
+fn frame_pair(clip: ClipRecord, phase_s: f32, time_s: f32) -> FramePair {
+    let last = max(clip.frame_count, 1u) - 1u;
+    if clip.duration_s <= 0.0 || last == 0u {
+        return FramePair(0u, 0u, 0.0);
+    }
+    let turns = (time_s + phase_s) / clip.duration_s;
+    let frame = (turns - floor(turns)) * f32(last);
+    let first = min(u32(max(floor(frame), 0.0)), last);
+    return FramePair(first, min(first + 1u, last), frame - f32(first));
+}
+
+// What its vertices need to know of an instance. Twin: drawn_instance in crowd-stages/src/cpu/gather_drawn.rs.
+fn drawn_instance(
+    instance: InstanceRecord,
+    character: CharacterRecord,
+    clip: ClipRecord,
+    morph: MorphRecord,
+    time_s: f32,
+) -> DrawnInstance {
+    let pair = frame_pair(clip, instance.phase_s, time_s);
+    let frame_texels = character.joint_count * 3u;
+    return DrawnInstance(
+        instance.position,
+        instance.scale,
+        turn_of(instance.yaw_rad),
+        morph.fraction,
+        pair.blend,
+        morph.coarser_vertex_count,
+        character.material_offset,
+        clip.texel_offset + pair.first * frame_texels,
+        clip.texel_offset + pair.second * frame_texels,
+    );
 }

@@ -187,6 +187,7 @@ struct BucketRecord {
     triangle_count: u32,
     first_index: u32,
     coarser_vertex_count: u32,
+    vertex_offset: u32,
 }
 
 struct BucketSet {
@@ -206,6 +207,28 @@ struct BucketCounts {
 struct MorphRecord {
     coarser_vertex_count: u32,
     fraction: f32,
+}
+
+struct OriginRecord {
+    position: vec3f,
+    normal_oct: u32,
+    uv: vec2f,
+    color: u32,
+    vertex: u32,
+    joints: vec2u,
+    weights: vec2u,
+}
+
+struct DrawnInstance {
+    position: vec3f,
+    scale: f32,
+    turn: vec2f,
+    fraction: f32,
+    blend: f32,
+    coarser_vertex_count: u32,
+    material_offset: u32,
+    first_texel: u32,
+    second_texel: u32,
 }
 
 struct BucketRange {

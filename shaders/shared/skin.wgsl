@@ -5,43 +5,43 @@
 const ANIMATION_WIDTH: u32 = 4096u;
 const ANIMATION_HEIGHT: u32 = 64u;
 
-struct FramePair {
-    first: u32,
-    second: u32,
-    blend: f32,
-}
-
-fn frame_pair(clip: ClipRecord, phase_s: f32, time_s: f32) -> FramePair {
-    let last = max(clip.frame_count, 1u) - 1u;
-    if clip.duration_s <= 0.0 || last == 0u {
-        return FramePair(0u, 0u, 0.0);
-    }
-    let turns = (time_s + phase_s) / clip.duration_s;
-    let frame = (turns - floor(turns)) * f32(last);
-    let first = min(u32(max(floor(frame), 0.0)), last);
-    return FramePair(first, min(first + 1u, last), frame - f32(first));
-}
-
 fn palette_row(texel: u32) -> vec4f {
     let y = texel / ANIMATION_WIDTH;
     return textureLoad(animation, vec2u(texel % ANIMATION_WIDTH, y % ANIMATION_HEIGHT), y / ANIMATION_HEIGHT, 0);
 }
 
-// Rows of the weighted sum of the joints' matrices.
-fn skin_matrix(vertex: VertexRecord, clip: ClipRecord, joint_count: u32, pair: FramePair) -> mat3x4f {
-    let first = clip.texel_offset + pair.first * joint_count * 3u;
-    let second = clip.texel_offset + pair.second * joint_count * 3u;
+// A row of its joints' matrices, blended between its two frames.
+fn joint_row(drawn: DrawnInstance, row: u32) -> vec4f {
+    let a = palette_row(drawn.first_texel + row);
+    let b = palette_row(drawn.second_texel + row);
+    return a + (b - a) * drawn.blend;
+}
+
+// Rows of the weighted sum of the joints' matrices: of `own` by its share, of `other` by the rest. Both are joints and weights
+// as VertexRecord has them. As many turns as there are joints with weight: lanes that are alike pay for one set.
+fn skin_matrix(own: vec4u, other: vec4u, own_share: f32, drawn: DrawnInstance) -> mat3x4f {
+    var joints = own.xy;
+    var weights = own.zw;
+    // Neighbours on the same joints have one matrix.
+    var is_last = own_share >= 1.0 || all(own == other);
+    var share = select(own_share, 1.0, is_last);
     var rows = mat3x4f(vec4f(0.0), vec4f(0.0), vec4f(0.0));
-    for (var influence = 0u; influence < 4u; influence++) {
-        let shift = (influence & 1u) * 16u;
-        let joint = (vertex.joints[influence / 2u] >> shift) & 0xffffu;
-        let weight = f32((vertex.weights[influence / 2u] >> shift) & 0xffffu) / 65535.0;
-        if weight > 0.0 {
-            for (var r = 0u; r < 3u; r++) {
-                let a = palette_row(first + joint * 3u + r);
-                let b = palette_row(second + joint * 3u + r);
-                rows[r] += (a + (b - a) * pair.blend) * weight;
+    loop {
+        let weight = f32(weights.x & 0xffffu) / 65535.0 * share;
+        let row = (joints.x & 0xffffu) * 3u;
+        rows[0] += joint_row(drawn, row) * weight;
+        rows[1] += joint_row(drawn, row + 1u) * weight;
+        rows[2] += joint_row(drawn, row + 2u) * weight;
+        joints = vec2u(joints.x >> 16u | joints.y << 16u, joints.y >> 16u);
+        weights = vec2u(weights.x >> 16u | weights.y << 16u, weights.y >> 16u);
+        if all(weights == vec2u(0u)) {
+            if is_last {
+                break;
             }
+            is_last = true;
+            joints = other.xy;
+            weights = other.zw;
+            share = 1.0 - own_share;
         }
     }
     return rows;

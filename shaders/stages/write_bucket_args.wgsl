@@ -86,7 +86,13 @@ fn write_draws(lane: u32, first: u32, end: u32) -> u32 {
             continue;
         }
         let bucket = buckets[b];
-        draw_args[place] = DrawArgs(bucket.triangle_count * 3u, instance_count, bucket.first_index, 0, range.first);
+        draw_args[place] = DrawArgs(
+            bucket.triangle_count * 3u,
+            instance_count,
+            bucket.first_index,
+            i32(bucket.vertex_offset),
+            range.first,
+        );
         place++;
         sum.x += instance_count;
         sum.y = saturating_add(sum.y, saturating_multiply(instance_count, bucket.vertex_count));

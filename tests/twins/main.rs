@@ -5,6 +5,7 @@ mod cull_by_depth;
 mod cull_instances;
 mod fill_budget;
 mod fit_budget;
+mod gather_drawn;
 mod key_instances;
 mod orphans;
 mod place_vertices;

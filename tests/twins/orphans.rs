@@ -32,6 +32,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "selection",
         "stage_recorder",
         "upload",
+        "vertex_inputs",
     ];
     let not_stages_tests = ["main", "cases", "orphans", "techniques", "whole_chain"];
     assert_eq!(names("shaders/stages", ".wgsl", &[]), stages);

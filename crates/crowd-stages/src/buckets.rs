@@ -1,8 +1,9 @@
 //! What index tables make possible: one bucket for each quantised level of each character, all drawn from two index buffers.
 
+use crate::cpu::surviving;
 use crate::dispatch::{ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT};
-use crate::{BucketCounts, BucketRecord, BucketSet, CrowdData, DiscreteConfig, Error, Result};
-use crowd_pack::{CharacterRecord, LevelRecord, LodRecord};
+use crate::{BucketCounts, BucketRecord, BucketSet, CrowdData, DiscreteConfig, Error, OriginRecord, Result};
+use crowd_pack::{CharacterRecord, LevelRecord, LodRecord, VertexRecord};
 use glam::Vec3;
 
 /// Buckets of a crowd's characters: first all with 16-bit indices, character after character from coarse to fine, then those
@@ -45,7 +46,8 @@ impl Buckets {
             });
             for (number, level) in levels.iter().enumerate() {
                 let coarser_vertex_count = levels[number.saturating_sub(1)].vertex_count;
-                let record = buckets.add_table(data, level, coarser_vertex_count);
+                let record =
+                    buckets.add_table(data, level, coarser_vertex_count, data.characters[character].vertex_offset);
                 let record = record.ok_or(Error::Tables { character })?;
                 let list = if number < narrow {
                     (&mut buckets.records, &mut buckets.bounds_m)
@@ -65,7 +67,13 @@ impl Buckets {
         Ok(buckets)
     }
 
-    fn add_table(&mut self, data: &CrowdData, level: &LevelRecord, coarser_vertex_count: u32) -> Option<BucketRecord> {
+    fn add_table(
+        &mut self,
+        data: &CrowdData,
+        level: &LevelRecord,
+        coarser_vertex_count: u32,
+        vertex_offset: u32,
+    ) -> Option<BucketRecord> {
         let first = level.index_offset as usize;
         let range = first..first.checked_add(level.triangle_count as usize * 3)?;
         let first_index = if level.index_bytes == 2 { self.indices_16.len() } else { self.indices_32.len() } as u32;
@@ -77,7 +85,7 @@ impl Buckets {
             self.indices_32.extend(triangles.iter().copied().flat_map(from_least));
         }
         let (vertex_count, triangle_count) = (level.vertex_count, level.triangle_count);
-        Some(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count })
+        Some(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count, vertex_offset })
     }
 
     /// For the shaders.
@@ -141,6 +149,27 @@ impl Buckets {
             }
         }
         lods
+    }
+
+    /// Of each vertex of the data: where it comes from when the coarsest quantised level that has it comes.
+    ///
+    /// No vertex is new in more than one level, so this is all that a morph needs to know.
+    pub fn origins(&self, data: &CrowdData) -> Vec<OriginRecord> {
+        let mut origins = vec![OriginRecord::default(); data.vertices.len()];
+        for (number, character) in data.characters.iter().enumerate() {
+            let range = character.vertex_offset as usize..(character.vertex_offset + character.vertex_count) as usize;
+            let (vertices, collapse_map) = (&data.vertices[range.clone()], &data.collapse_map[range.clone()]);
+            let counts: Vec<u32> = (0..self.sets[number].level_count)
+                .map(|level| self.records[self.at(number as u32, level) as usize].vertex_count)
+                .collect();
+            for (v, origin) in (0..).zip(&mut origins[range]) {
+                let coarser = counts.partition_point(|count| *count <= v).checked_sub(1).map(|level| counts[level]);
+                let from = coarser.map_or(v, |count| surviving(collapse_map, v, count));
+                let VertexRecord { position, normal_oct, uv, color, joints, weights, .. } = vertices[from as usize];
+                *origin = OriginRecord { position, normal_oct, uv, color, vertex: v, joints, weights };
+            }
+        }
+        origins
     }
 
     /// LOD tables like those of the data, of quantised levels only: entry k is the finest quantised level of at most k

@@ -294,7 +294,7 @@ pub struct DiscreteConfig {
     pub reserved_c: u32,
 }
 
-/// A quantised level of a character: what one indirect draw draws, 16 bytes.
+/// A quantised level of a character: what one indirect draw draws, 20 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
 pub struct BucketRecord {
@@ -306,6 +306,53 @@ pub struct BucketRecord {
     pub first_index: u32,
     /// Vertices of the next coarser quantised level; its own of the coarsest.
     pub coarser_vertex_count: u32,
+    /// The character's first vertex among all.
+    pub vertex_offset: u32,
+}
+
+/// Where a vertex comes from when its level comes, 48 bytes: the vertex that the next coarser quantised level has in its place
+/// (itself where the coarsest level has it).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct OriginRecord {
+    /// Bind-space position, metres.
+    pub position: [f32; 3],
+    /// As in [`crowd_pack::VertexRecord`].
+    pub normal_oct: u32,
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+    /// Linear RGBA8.
+    pub color: u32,
+    /// Number, within the character, of the vertex that comes from there.
+    pub vertex: u32,
+    /// As in [`crowd_pack::VertexRecord`].
+    pub joints: [u32; 2],
+    /// As in [`crowd_pack::VertexRecord`].
+    pub weights: [u32; 2],
+}
+
+/// What its vertices need to know of a drawn instance, 48 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct DrawnInstance {
+    /// Feet, metres.
+    pub position: [f32; 3],
+    /// Size factor.
+    pub scale: f32,
+    /// Sine and cosine of its yaw.
+    pub turn: [f32; 2],
+    /// Of its [`MorphRecord`].
+    pub fraction: f32,
+    /// Share of the later of its two frames, 0 to 1.
+    pub blend: f32,
+    /// Of its [`MorphRecord`].
+    pub coarser_vertex_count: u32,
+    /// First material of its character.
+    pub material_offset: u32,
+    /// First texel of the earlier frame's matrices.
+    pub first_texel: u32,
+    /// First texel of the later frame's matrices.
+    pub second_texel: u32,
 }
 
 /// A character's buckets, 16 bytes: its first levels have 16-bit indices, the others 32-bit ones.

@@ -5,8 +5,8 @@ use crowd_raster::light;
 use crowd_stages::gpu::{self, ANIMATION_HEIGHT, ANIMATION_WIDTH};
 use crowd_stages::{
     BucketCounts, BucketRange, BucketRecord, BucketSet, Capacities, CullRecord, DiscreteConfig, DrawArgs, DrawConfig,
-    DrawCounts, FillState, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, MorphRecord, SortPass,
-    Weight, WeightSums, dispatch, overflow,
+    DrawCounts, DrawnInstance, FillState, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice,
+    MorphRecord, OriginRecord, SortPass, Weight, WeightSums, dispatch, overflow,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};
@@ -101,10 +101,22 @@ fn rust_layouts() -> Vec<Layout> {
         }),
         layout!(FillState { low_bits, high_bits, low_count, pass_number, candidates, reserved }),
         layout!(DiscreteConfig { half_diagonal_m, reserved_a, reserved_b, reserved_c }),
-        layout!(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count }),
+        layout!(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count, vertex_offset }),
         layout!(BucketSet { first_16, count_16, first_32, level_count }),
         layout!(BucketCounts { bucket_count, count_16, reserved_a, reserved_b }),
         layout!(MorphRecord { coarser_vertex_count, fraction }),
+        layout!(OriginRecord { position, normal_oct, uv, color, vertex, joints, weights }),
+        layout!(DrawnInstance {
+            position,
+            scale,
+            turn,
+            fraction,
+            blend,
+            coarser_vertex_count,
+            material_offset,
+            first_texel,
+            second_texel,
+        }),
         layout!(BucketRange { first, end }),
         layout!(DrawCounts { count_16, count_32 }),
         layout!(SortPass { shift, bits, is_first, reserved }),
@@ -128,6 +140,7 @@ fn sources() -> Vec<(&'static str, String)> {
         ("key_instances", gpu::KeyInstances::source()),
         ("sort_instances", gpu::SortInstances::source()),
         ("write_bucket_args", gpu::WriteBucketArgs::source()),
+        ("gather_drawn", gpu::GatherDrawn::source()),
         ("backdrop", gpu::backdrop_source()),
         ("crowd", gpu::crowd_source()),
         ("scenery", gpu::scenery_source()),
@@ -198,7 +211,7 @@ fn structs_have_the_same_sizes_and_offsets() {
         assert_eq!(layout_difference(&module, &layout), None);
     }
     let structs = module.types.iter().filter(|(_, ty)| matches!(ty.inner, TypeInner::Struct { .. })).count();
-    let own = ["FramePair", "Surface"].len();
+    let own = ["FramePair", "Surface", "MeshVertex", "MeshOrigin", "Owner", "Moved"].len();
     assert_eq!(structs - own, rust_layouts().len(), "each struct of records.wgsl has its Rust record");
 }
 

@@ -58,7 +58,7 @@ fn draw(record: &BucketRecord, range: BucketRange) -> DrawArgs {
         index_count: record.triangle_count * 3,
         instance_count: range.end - range.first,
         first_index: record.first_index,
-        base_vertex: 0,
+        base_vertex: record.vertex_offset as i32,
         first_instance: range.first,
     }
 }

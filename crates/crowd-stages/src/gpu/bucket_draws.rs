@@ -3,8 +3,9 @@
 use super::renderer::RendererOptions;
 use super::stage_recorder::StageRecorder;
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
-use super::{KeyInstances, SortInstances, WriteBucketArgs};
-use crate::{BucketRange, DrawArgs, DrawCounts, MorphRecord, Result, SortPass};
+use super::vertex_inputs::{MESH_LAYOUT, ORIGIN_LAYOUT, OWNER_LAYOUT};
+use super::{GatherDrawn, KeyInstances, SortInstances, WriteBucketArgs};
+use crate::{BucketRange, DrawArgs, DrawCounts, DrawnInstance, MorphRecord, Result, SortPass};
 use std::mem::size_of;
 use wgpu::BufferUsages as Usage;
 
@@ -14,12 +15,14 @@ pub(crate) struct BucketDraws {
     morphs: wgpu::Buffer,
     sorted_keys: wgpu::Buffer,
     sorted: wgpu::Buffer,
+    drawn: wgpu::Buffer,
     draw_args: wgpu::Buffer,
     draw_counts: wgpu::Buffer,
     key_instances: (KeyInstances, wgpu::BindGroup),
     sort_instances: SortInstances,
     passes: Vec<(SortPass, wgpu::BindGroup)>,
     write_bucket_args: (WriteBucketArgs, wgpu::BindGroup),
+    gather_drawn: (GatherDrawn, wgpu::BindGroup),
     bucket_count: u32,
     count_16: u32,
     /// The adapter takes the number of draws from a buffer.
@@ -27,6 +30,13 @@ pub(crate) struct BucketDraws {
 }
 
 impl BucketDraws {
+    /// Vertex buffers of the entry point `bucketed`.
+    pub(crate) const INPUTS: [Option<wgpu::VertexBufferLayout<'static>>; 3] =
+        [Some(MESH_LAYOUT), None, Some(OWNER_LAYOUT)];
+    /// The same of `bucketed_morphing`.
+    pub(crate) const MORPHING_INPUTS: [Option<wgpu::VertexBufferLayout<'static>>; 3] =
+        [Some(MESH_LAYOUT), Some(ORIGIN_LAYOUT), Some(OWNER_LAYOUT)];
+
     /// `sums`: of the budget's stages, or zeros where there is no budget.
     pub(crate) fn new(
         up: &mut Uploader<'_>,
@@ -95,31 +105,37 @@ impl BucketDraws {
             &draw_counts,
             &f.totals,
         );
+        let drawn = up.empty::<DrawnInstance>("drawn instances", n, written | Usage::VERTEX, fewer)?;
+        let gather = GatherDrawn::new(up.device);
+        let gather_bound = gather.bind(
+            up.device,
+            &f.config,
+            &tables.bucket_counts,
+            &f.instances,
+            &c.characters,
+            &c.clips,
+            &morphs,
+            &sorted_keys,
+            &sorted,
+            &drawn,
+        );
         Ok(Self {
             keys,
             morphs,
             sorted_keys,
             sorted,
+            drawn,
             draw_args,
             draw_counts,
             key_instances: (key, key_bound),
             sort_instances: sort,
             passes,
             write_bucket_args: (write, write_bound),
+            gather_drawn: (gather, gather_bound),
             bucket_count,
             count_16: tables.counts.count_16,
             counts_draws: up.device.features().contains(wgpu::Features::MULTI_DRAW_INDIRECT_COUNT),
         })
-    }
-
-    /// Instances in the order of their buckets.
-    pub(crate) fn sorted(&self) -> &wgpu::Buffer {
-        &self.sorted
-    }
-
-    /// How far each instance's level is on its way; written with the keys of levels.
-    pub(crate) fn morphs(&self) -> &wgpu::Buffer {
-        &self.morphs
     }
 
     /// For a stage that writes the keys itself.
@@ -139,7 +155,7 @@ impl BucketDraws {
         recorder.stage("key_instances", |pass| key.record(pass, bound, count));
     }
 
-    /// From keys to draw arguments.
+    /// From keys to draw arguments and what vertices need to know.
     pub(crate) fn record_sort(&self, recorder: &mut StageRecorder<'_>, count: u32) {
         recorder.stage("sort_instances", |compute| {
             for (pass, bound) in &self.passes {
@@ -148,10 +164,15 @@ impl BucketDraws {
         });
         let (write, bound) = &self.write_bucket_args;
         recorder.stage("write_bucket_args", |pass| write.record(pass, bound, count, self.bucket_count));
+        let (gather, bound) = &self.gather_drawn;
+        recorder.stage("gather_drawn", |pass| gather.record(pass, bound, count));
     }
 
     /// One multi-draw for each width of indices. Pipeline and bind group are set.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, crowd: &CrowdBuffers) {
+        pass.set_vertex_buffer(0, crowd.vertices.slice(..));
+        pass.set_vertex_buffer(1, crowd.origins.slice(..));
+        pass.set_vertex_buffer(2, self.drawn.slice(..));
         let widths = [(true, 0, self.count_16, 0), (false, self.count_16, self.bucket_count - self.count_16, 4)];
         for (is_narrow, first, most, count_offset) in widths {
             if most == 0 {
@@ -174,6 +195,7 @@ impl BucketDraws {
             "morphs" => Some(&self.morphs),
             "sorted_keys" => Some(&self.sorted_keys),
             "sorted_values" => Some(&self.sorted),
+            "drawn" => Some(&self.drawn),
             "draw_args" => Some(&self.draw_args),
             "draw_counts" => Some(&self.draw_counts),
             _ => None,

@@ -95,19 +95,7 @@ impl DrawCrowd {
         slot_instances: &wgpu::Buffer,
         bases: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
-        self.bind_morphing(crowd, frame, slot_instances, bases, &frame.bases_of_none)
-    }
-
-    /// The same for vertices that move between levels.
-    pub(crate) fn bind_morphing(
-        &self,
-        crowd: &CrowdBuffers,
-        frame: &FrameBuffers,
-        slot_instances: &wgpu::Buffer,
-        bases: &wgpu::Buffer,
-        morphs: &wgpu::Buffer,
-    ) -> wgpu::BindGroup {
-        bind_crowd(&self.device, &self.layouts.crowd, crowd, frame, [slot_instances, bases, morphs])
+        bind_crowd(&self.device, &self.layouts.crowd, crowd, frame, [slot_instances, bases])
     }
 
     /// Begins the pass into a `color` of the size that [`Self::fit_targets`] was given last, and draws the backdrop.
@@ -234,8 +222,6 @@ impl Layouts {
                         ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
                         count: None,
                     },
-                    buffer_entry(12, vertex, Use::Read, None),
-                    buffer_entry(13, vertex, Use::Read, None),
                 ],
             ),
         }
@@ -258,7 +244,7 @@ fn bind_crowd(
     layout: &wgpu::BindGroupLayout,
     crowd: &CrowdBuffers,
     frame: &FrameBuffers,
-    [slot_instances, bases, morphs]: [&wgpu::Buffer; 3],
+    [slot_instances, bases]: [&wgpu::Buffer; 2],
 ) -> wgpu::BindGroup {
     let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("layers"),
@@ -288,8 +274,6 @@ fn bind_crowd(
     entries.push(wgpu::BindGroupEntry { binding: 9, resource: wgpu::BindingResource::TextureView(&crowd.animation) });
     entries.push(wgpu::BindGroupEntry { binding: 10, resource: wgpu::BindingResource::TextureView(&crowd.layers) });
     entries.push(wgpu::BindGroupEntry { binding: 11, resource: wgpu::BindingResource::Sampler(&sampler) });
-    entries.push(wgpu::BindGroupEntry { binding: 12, resource: crowd.collapse_map.as_entire_binding() });
-    entries.push(wgpu::BindGroupEntry { binding: 13, resource: morphs.as_entire_binding() });
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("crowd"), layout, entries: &entries })
 }
 

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
-pub const STAGES: [&str; 13] = [
+pub const STAGES: [&str; 14] = [
     "cull_instances",
     "sum_weights",
     "fill_budget",
@@ -31,6 +31,7 @@ pub const STAGES: [&str; 13] = [
     "key_instances",
     "sort_instances",
     "write_bucket_args",
+    "gather_drawn",
     "cull_by_depth",
 ];
 

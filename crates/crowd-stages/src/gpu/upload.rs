@@ -194,6 +194,8 @@ fn array_view(label: &'static str) -> wgpu::TextureViewDescriptor<'static> {
 pub(crate) struct CrowdBuffers {
     pub(crate) characters: wgpu::Buffer,
     pub(crate) vertices: wgpu::Buffer,
+    /// Where they come from when a level comes.
+    pub(crate) origins: wgpu::Buffer,
     pub(crate) triangles: wgpu::Buffer,
     pub(crate) collapse_map: wgpu::Buffer,
     pub(crate) lods: wgpu::Buffer,
@@ -215,7 +217,8 @@ impl CrowdBuffers {
         let quantized_lods = buckets.quantized_lods(data);
         Ok(Self {
             characters: up.filled("characters", &data.characters, Usage::STORAGE, fewer)?,
-            vertices: up.filled("bytes of vertices", &data.vertices, Usage::STORAGE, fewer)?,
+            vertices: up.filled("bytes of vertices", &data.vertices, Usage::STORAGE | Usage::VERTEX, fewer)?,
+            origins: up.filled("bytes of the vertices' origins", &buckets.origins(data), Usage::VERTEX, fewer)?,
             triangles: up.filled("bytes of triangles", &data.triangles, Usage::STORAGE | Usage::INDEX, fewer)?,
             collapse_map: up.filled("bytes of the collapse map", &data.collapse_map, Usage::STORAGE, fewer)?,
             lods: up.filled("bytes of the LOD tables", &data.lods, Usage::STORAGE, fewer)?,
@@ -239,8 +242,8 @@ pub(crate) struct LevelTables {
     /// Buckets of each character's three discrete levels.
     pub(crate) discrete_levels: Vec<u32>,
     pub(crate) discrete: DiscreteConfig,
-    /// Of each character at full detail: its indices, and whether they have 16 bits.
-    pub(crate) full_detail: Vec<(Range<u32>, bool)>,
+    /// Of each character at full detail: its indices, whether they have 16 bits, and its first vertex.
+    pub(crate) full_detail: Vec<(Range<u32>, bool, i32)>,
     indices_16: wgpu::Buffer,
     indices_32: wgpu::Buffer,
 }
@@ -255,7 +258,8 @@ impl LevelTables {
         let full_detail = (0..buckets.sets.len() as u32).map(|character| {
             let bucket = buckets.at(character, buckets.sets[character as usize].level_count - 1);
             let record = &buckets.records[bucket as usize];
-            (record.first_index..record.first_index + record.triangle_count * 3, bucket < buckets.count_16)
+            let indices = record.first_index..record.first_index + record.triangle_count * 3;
+            (indices, bucket < buckets.count_16, record.vertex_offset as i32)
         });
         Ok(Self {
             bucket_sets: up.filled("bytes of the characters' buckets", &buckets.sets, storage, fewer)?,

@@ -17,8 +17,10 @@ impl Bucketed {
     pub(crate) fn new(workshop: Workshop<'_, '_>) -> Result<Self> {
         let Workshop { up, crowd, frame, draw, options } = workshop;
         let draws = BucketDraws::new(up, crowd, frame, options, &frame.sums)?;
-        let bound = draw.bind_morphing(crowd, frame, draws.sorted(), &frame.bases_of_none, draws.morphs());
-        Ok(Self { draws, pipeline: draw.pipeline("bucketed"), morphing: draw.pipeline("bucketed_morphing"), bound })
+        let bound = draw.bind(crowd, frame, &frame.choices, &frame.bases_of_none);
+        let pipeline = draw.pipeline_with("bucketed", &BucketDraws::INPUTS);
+        let morphing = draw.pipeline_with("bucketed_morphing", &BucketDraws::MORPHING_INPUTS);
+        Ok(Self { draws, pipeline, morphing, bound })
     }
 }
 

@@ -35,8 +35,13 @@ impl Discrete {
             &levels,
             draws.keys(),
         );
-        let bound = draw.bind(crowd, frame, draws.sorted(), &frame.bases_of_none);
-        Ok(Self { draws, cull_by_depth: (cull, cull_bound), pipeline: draw.pipeline("bucketed"), bound })
+        let bound = draw.bind(crowd, frame, &frame.choices, &frame.bases_of_none);
+        Ok(Self {
+            draws,
+            cull_by_depth: (cull, cull_bound),
+            pipeline: draw.pipeline_with("bucketed", &BucketDraws::INPUTS),
+            bound,
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{FrameContext, Painter, Workshop};
 use crate::gpu::stage_recorder::StageRecorder;
+use crate::gpu::vertex_inputs::MESH_LAYOUT;
 use crate::{FrameTotals, overflow};
 
 /// One pipeline; the CPU does the rest.
@@ -14,7 +15,7 @@ impl PseudoInstancing {
     pub(crate) fn new(workshop: Workshop<'_, '_>) -> Self {
         let Workshop { crowd, frame, draw, .. } = workshop;
         Self {
-            pipeline: draw.pipeline("full_detail"),
+            pipeline: draw.pipeline_with("full_detail", &[Some(MESH_LAYOUT)]),
             bound: draw.bind(crowd, frame, &frame.choices, &frame.bases_of_none),
         }
     }
@@ -27,15 +28,16 @@ impl Painter for PseudoInstancing {
         let tables = &context.crowd.tables;
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.bound, &[]);
+        pass.set_vertex_buffer(0, context.crowd.vertices.slice(..));
         // As a renderer of its time would: the index buffer is set once for all with the same width of indices.
         let mut is_narrow = None;
         for (i, character) in context.characters.iter().enumerate() {
-            let (range, narrow) = &tables.full_detail[*character as usize];
+            let (range, narrow, first_vertex) = &tables.full_detail[*character as usize];
             if is_narrow != Some(*narrow) {
                 is_narrow = Some(*narrow);
                 tables.set_indices(pass, *narrow);
             }
-            pass.draw_indexed(range.clone(), 0, i as u32..i as u32 + 1);
+            pass.draw_indexed(range.clone(), *first_vertex, i as u32..i as u32 + 1);
         }
     }
 

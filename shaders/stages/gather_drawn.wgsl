@@ -1,0 +1,25 @@
+// What the vertices of each drawn instance need to know of it, in the order in which they are drawn: worked out once instead of
+// for each vertex. Twin: crowd-stages/src/cpu/gather_drawn.rs.
+
+@group(0) @binding(0) var<uniform> config: FrameConfig;
+@group(0) @binding(1) var<uniform> bucket_counts: BucketCounts;
+@group(0) @binding(2) var<storage, read> instances: array<InstanceRecord>;
+@group(0) @binding(3) var<storage, read> characters: array<CharacterRecord>;
+@group(0) @binding(4) var<storage, read> clips: array<ClipRecord>;
+@group(0) @binding(5) var<storage, read> morphs: array<MorphRecord>;
+@group(0) @binding(6) var<storage, read> sorted_keys: array<u32>;
+@group(0) @binding(7) var<storage, read> sorted_values: array<u32>;
+@group(0) @binding(8) var<storage, read_write> drawn: array<DrawnInstance>;
+
+@compute @workgroup_size(BLOCK_SIZE)
+fn gather_drawn(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let entry = group_number(workgroup) * BLOCK_SIZE + lane;
+    // Those in no bucket come last.
+    if entry >= config.instance_count || sorted_keys[entry] >= bucket_counts.bucket_count {
+        return;
+    }
+    let i = sorted_values[entry];
+    let instance = instances[i];
+    let character = characters[instance.character];
+    drawn[entry] = drawn_instance(instance, character, clips[instance.clip], morphs[i], config.time_s);
+}

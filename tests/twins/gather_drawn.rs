@@ -1,0 +1,112 @@
+//! `gather_drawn` on the GPU against its twin: integers equal, other numbers within a bound.
+
+use crate::cases::{Case, buckets, case, cases, data};
+use crowd_stages::{DrawnInstance, MorphRecord, Weight, cpu, gpu::GatherDrawn};
+use crowd_tests::gpu;
+
+struct Sorted {
+    keys: Vec<u32>,
+    values: Vec<u32>,
+    morphs: Vec<MorphRecord>,
+}
+
+/// Sorted by bucket, with morphs all over.
+fn sorted(case: &Case) -> Sorted {
+    let selected = case.select();
+    let fill = Default::default();
+    let (keys, morphs) =
+        cpu::key_instances(buckets(), &case.instances, &selected.culled, &selected.choices, &fill, &case.config);
+    let spread = |(i, m): (usize, MorphRecord)| MorphRecord { fraction: (i % 11) as f32 * 0.1, ..m };
+    let (keys, values) = cpu::sort_instances(&keys);
+    Sorted { keys, values, morphs: morphs.into_iter().enumerate().map(spread).collect() }
+}
+
+fn on_gpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
+    let stage = GatherDrawn::new(&gpu::device().0);
+    let drawn = gpu::output::<DrawnInstance>(case.instances.len());
+    let bound = stage.bind(
+        &gpu::device().0,
+        &gpu::uniform(&case.config),
+        &gpu::uniform(&buckets().counts()),
+        &gpu::storage(&case.instances),
+        &gpu::storage(&data().characters),
+        &gpu::storage(&data().clips),
+        &gpu::storage(&sorted.morphs),
+        &gpu::storage(&sorted.keys),
+        &gpu::storage(&sorted.values),
+        &drawn,
+    );
+    gpu::run(|pass| stage.record(pass, &bound, case.count()));
+    gpu::read(&drawn, case.instances.len())
+}
+
+fn on_cpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
+    let Sorted { keys, values, morphs } = sorted;
+    cpu::gather_drawn(data(), buckets(), &case.instances, morphs, keys, values, case.config.time_s)
+}
+
+/// Whether the shares of frames and all else agree. At a frame's border the two may stand on either side of it.
+fn agree(a: &DrawnInstance, b: &DrawnInstance) -> bool {
+    let near = |a: f32, b: f32| (a - b).abs() <= cpu::DRAWN_BOUND;
+    let frames = a.first_texel == b.first_texel && a.second_texel == b.second_texel && near(a.blend, b.blend);
+    let at_border = near(a.blend.max(b.blend), 1.0) && near(a.blend.min(b.blend), 0.0);
+    let integers = |d: &DrawnInstance| (d.coarser_vertex_count, d.material_offset, d.position.map(f32::to_bits));
+    let rest = integers(a) == integers(b) && a.scale == b.scale && a.fraction == b.fraction;
+    rest && (frames || at_border) && (0..2).all(|k| near(a.turn[k], b.turn[k]))
+}
+
+fn first_apart(gpu: &[DrawnInstance], cpu: &[DrawnInstance]) -> Option<String> {
+    let place = gpu.iter().zip(cpu).position(|(gpu, cpu)| !agree(gpu, cpu))?;
+    Some(format!("at {place}: {:?} on the GPU, {:?} on the CPU", gpu[place], cpu[place]))
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn drawn_instances_agree_for_all_sizes() {
+    for case in cases() {
+        let sorted = sorted(&case);
+        let (gpu, cpu) = (on_gpu(&case, &sorted), on_cpu(&case, &sorted));
+        assert_eq!(first_apart(&gpu, &cpu), None, "{} instances", case.count());
+        let rest = gpu[cpu.len()..].iter().all(|drawn| *drawn == DrawnInstance::default());
+        assert!(rest, "nobody is drawn after the last");
+    }
+}
+
+#[test]
+fn everyone_in_a_bucket_is_drawn_once_and_one_that_differs_is_seen() {
+    let case = case(1000, 30, Weight::Area);
+    let drawn = on_cpu(&case, &sorted(&case));
+    let visible = case.select().sums.visible_count as usize;
+    assert!(visible > 100 && drawn.len() == visible);
+    let mut changed = drawn.clone();
+    changed[visible / 2].turn[1] += 0.01;
+    assert!(first_apart(&changed, &drawn).is_some());
+    changed[visible / 2] = DrawnInstance { second_texel: 7, ..drawn[visible / 2] };
+    assert!(first_apart(&changed, &drawn).is_some());
+}
+
+/// What a morph needs is a property of the vertex: the one that its level's coarser neighbour has in its place.
+#[test]
+fn origins_are_where_the_coarser_level_has_them() {
+    let origins = buckets().origins(data());
+    let mut moved = 0;
+    for (number, character) in data().characters.iter().enumerate() {
+        let first = character.vertex_offset as usize;
+        let level = |l: u32| buckets().records[buckets().at(number as u32, l) as usize];
+        for l in 0..buckets().sets[number].level_count {
+            let record = level(l);
+            let coarser = if l == 0 { 0 } else { record.coarser_vertex_count };
+            for v in coarser..record.vertex_count {
+                let mut at = v;
+                while l > 0 && at >= coarser {
+                    at = data().collapse_map[first + at as usize];
+                }
+                let (origin, from) = (origins[first + v as usize], data().vertices[first + at as usize]);
+                assert_eq!((origin.vertex, origin.position, origin.uv), (v, from.position, from.uv));
+                assert_eq!((origin.joints, origin.weights), (from.joints, from.weights));
+                moved += usize::from(at != v);
+            }
+        }
+    }
+    assert!(moved > 100, "{moved} vertices come from somewhere else");
+}
