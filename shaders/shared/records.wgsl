@@ -18,6 +18,15 @@ const ERROR_ENTRIES: u32 = 1024u;
 const ERROR_FIRST_BITS: u32 = 0x37800000u;
 const ERROR_SHIFT: u32 = 18u;
 
+// Levels of the largest depth pyramid.
+const PYRAMID_LEVELS: u32 = 16u;
+// What is known of an instance's sight, and a bit for those drawn in the newest frame.
+const SIGHT_SEEN: u32 = 1u;
+const SIGHT_HIDDEN: u32 = 2u;
+const SIGHT_DRAWN: u32 = 4u;
+// At most this part of the budget is kept for who comes into sight.
+const RESERVE_PART: u32 = 128u;
+
 const OVERFLOW_BUDGET: u32 = 1u;
 const OVERFLOW_VERTICES: u32 = 2u;
 const OVERFLOW_TRIANGLES: u32 = 4u;
@@ -163,7 +172,8 @@ struct FrameTotals {
     draw_count: u32,
     wanted_count: u32,
     threshold_px: f32,
-    reserved: array<u32, 2>,
+    occluded_count: u32,
+    outside_count: u32,
 }
 
 struct FillState {
@@ -173,6 +183,33 @@ struct FillState {
     pass_number: u32,
     candidates: array<u32, FILL_CANDIDATES>,
     reserved: array<u32, 4>,
+}
+
+struct PyramidLevel {
+    offset: u32,
+    width: u32,
+    height: u32,
+    reserved: u32,
+}
+
+struct PyramidConfig {
+    width_px: u32,
+    height_px: u32,
+    sample_count: u32,
+    level_count: u32,
+    levels: array<PyramidLevel, PYRAMID_LEVELS>,
+}
+
+struct PyramidStep {
+    level: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
+}
+
+struct SightTally {
+    hidden_min_count: u32,
+    hidden_count: u32,
 }
 
 struct DiscreteConfig {

@@ -134,7 +134,8 @@ fn write_args(@builtin(local_invocation_index) lane: u32) {
             draws,
             wanted,
             threshold_px(config.weight, sums.water_bits),
-            array<u32, 2>(),
+            0u,
+            config.instance_count - all.x,
         );
     }
 }

@@ -53,6 +53,7 @@ fn write_draw_args() {
         select(0u, 1u, drawn.y > 0u),
         sums.wanted_count,
         threshold_px(config.weight, sums.water_bits),
-        array<u32, 2>(),
+        0u,
+        config.instance_count - sums.visible_count,
     );
 }

@@ -26,6 +26,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "draw_crowd",
         "draw_scenery",
         "kernel",
+        "occlusion",
         "open_device",
         "read_back",
         "renderer",
@@ -34,7 +35,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "upload",
         "vertex_inputs",
     ];
-    let not_stages_tests = ["main", "cases", "orphans", "techniques", "whole_chain"];
+    let not_stages_tests = ["main", "cases", "occlusion", "orphans", "techniques", "whole_chain"];
     assert_eq!(names("shaders/stages", ".wgsl", &[]), stages);
     assert_eq!(names("crates/crowd-stages/src/cpu", ".rs", &not_stages_cpu), stages);
     assert_eq!(names("crates/crowd-stages/src/gpu", ".rs", &not_stages_gpu), stages);

@@ -11,8 +11,13 @@ use crowd_tests::synthetic;
 use glam::Vec3;
 
 /// Reformation with levels snapped to those that have tables: the oracle.
-const ORACLE: DrawOptions =
-    DrawOptions { technique: Technique::Reform, levels: Levels::Quantized, fit: Fit::Fill, no_morph: true };
+const ORACLE: DrawOptions = DrawOptions {
+    technique: Technique::Reform,
+    levels: Levels::Quantized,
+    fit: Fit::Fill,
+    no_morph: true,
+    occlusion: false,
+};
 /// Levels that change at once, as those of the oracle.
 const AT_ONCE: DrawOptions = DrawOptions { technique: Technique::Bucketed, ..ORACLE };
 

@@ -238,7 +238,7 @@ impl DrawConfig {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct FrameTotals {
-    /// Instances whose sphere meets the frustum.
+    /// Instances drawn: those whose sphere meets the frustum, less the occluded ones.
     pub visible_count: u32,
     /// Vertices drawn.
     pub vertex_count: u32,
@@ -258,8 +258,10 @@ pub struct FrameTotals {
     pub wanted_count: u32,
     /// Of [`Weight::Error`]: pixels that no error on the screen exceeds, full detail aside; else 0.
     pub threshold_px: f32,
-    /// Zeros.
-    pub reserved: [u32; 2],
+    /// Instances whose sphere meets the frustum and that are not drawn because others hide them; 0 without occlusion culling.
+    pub occluded_count: u32,
+    /// Instances whose sphere does not meet the frustum, where those are culled.
+    pub outside_count: u32,
 }
 
 /// Where the search of `fill_budget` has got to, 96 bytes. Heights are bits of floats, vertices a unit of weight.
@@ -278,6 +280,94 @@ pub struct FillState {
     pub candidates: [u32; dispatch::FILL_CANDIDATES as usize],
     /// Zeros.
     pub reserved: [u32; 4],
+}
+
+/// A level of the depth pyramid, 16 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct PyramidLevel {
+    /// Its first number in the pyramid's buffer.
+    pub offset: u32,
+    /// Numbers a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// The depth pyramid's shape, a uniform of 272 bytes. Level `k` has one number for each block of `2^(k + 1)` pixels a side,
+/// as far as the picture goes, so that a pixel's block is found by shifting whatever the size.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct PyramidConfig {
+    /// Width of the picture, pixels.
+    pub width_px: u32,
+    /// Height of the picture, pixels.
+    pub height_px: u32,
+    /// Samples a pixel.
+    pub sample_count: u32,
+    /// Levels; the last is one number.
+    pub level_count: u32,
+    /// The finest first.
+    pub levels: [PyramidLevel; dispatch::PYRAMID_LEVELS as usize],
+}
+
+impl PyramidConfig {
+    /// The pyramid over a picture of at least one pixel and at most 2^16 a side.
+    pub fn new(width_px: u32, height_px: u32, sample_count: u32) -> Self {
+        let mut config = Self { width_px, height_px, sample_count, ..Self::default() };
+        let (mut width, mut height, mut offset) = (width_px, height_px, 0);
+        for level in &mut config.levels {
+            (width, height) = (width.div_ceil(2), height.div_ceil(2));
+            *level = PyramidLevel { offset, width, height, reserved: 0 };
+            offset += width * height;
+            config.level_count += 1;
+            if width == 1 && height == 1 {
+                break;
+            }
+        }
+        config
+    }
+
+    /// Numbers of all levels.
+    pub fn number_count(&self) -> u32 {
+        self.levels.iter().map(|level| level.width * level.height).sum()
+    }
+}
+
+/// Which level `build_pyramid` makes, a uniform of 16 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct PyramidStep {
+    /// The level.
+    pub level: u32,
+    /// Zero.
+    pub reserved_a: u32,
+    /// Zero.
+    pub reserved_b: u32,
+    /// Zero.
+    pub reserved_c: u32,
+}
+
+/// Who waits for the second phase of occlusion culling, 8 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct SightTally {
+    /// Vertices of their coarsest levels, saturating.
+    pub hidden_min_count: u32,
+    /// Instances.
+    pub hidden_count: u32,
+}
+
+/// What is known of an instance's sight: words of the `seen` buffer, after the number of instances they are valid for.
+pub mod sight {
+    /// Not hidden by the newest pyramid.
+    pub const SEEN: u32 = 1;
+    /// Hidden by the newest pyramid.
+    pub const HIDDEN: u32 = 2;
+    /// Drawn in the newest frame, whether then hidden or not.
+    pub const DRAWN: u32 = 4;
 }
 
 /// What [`crate::Technique::Discrete`] is told of the crowd, a uniform of 16 bytes.
@@ -486,6 +576,10 @@ pub mod dispatch {
     pub const ERROR_FIRST_BITS: u32 = (127 - 16) << 23;
     /// Float bits of an entry.
     pub const ERROR_SHIFT: u32 = 18;
+    /// Levels of the largest depth pyramid.
+    pub const PYRAMID_LEVELS: u32 = 16;
+    /// At most this part of the budget is kept for who comes into sight.
+    pub const RESERVE_PART: u32 = 128;
     /// Most bits of a digit of the sort.
     pub const MAX_DIGIT_BITS: u32 = 6;
 }

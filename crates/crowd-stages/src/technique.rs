@@ -124,6 +124,8 @@ pub struct DrawOptions {
     pub fit: Fit,
     /// Vertices of [`Technique::Bucketed`] stay at their level's places, so that levels change at once.
     pub no_morph: bool,
+    /// [`Technique::Bucketed`] leaves out whom others hide: two-phase occlusion culling, see [`Self::occludes`].
+    pub occlusion: bool,
 }
 
 impl DrawOptions {
@@ -141,6 +143,14 @@ impl DrawOptions {
     pub fn morphs(&self) -> bool {
         let moves = matches!(self.technique, Technique::Bucketed | Technique::StaticFloor);
         moves && self.fit == Fit::Fill && !self.no_morph
+    }
+}
+
+impl DrawOptions {
+    /// Whether hidden instances are left out: where buckets are drawn by levels that follow the water's height, which says at
+    /// which levels newly seen ones come.
+    pub fn occludes(&self) -> bool {
+        self.technique == Technique::Bucketed && self.fit == Fit::Fill && self.occlusion
     }
 }
 

@@ -98,6 +98,11 @@ pub struct Args {
     #[arg(long, value_name = "HZ", value_parser = rate, requires = "trajectories", help_heading = "Crowd")]
     pub trajectory_rate: Option<f32>,
 
+    /// Where people may walk, a polygon or several with holes as well-known text (WKT, metres): drawn as ground and as walls
+    /// 2.4 m high around it and its holes, which hide who is behind them. Moves nobody
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "trajectories", help_heading = "Crowd")]
+    pub walkable: Option<PathBuf>,
+
     /// Metres between neighbours [default: from the characters' size]
     #[arg(long, value_name = "M", value_parser = positive, help_heading = "Crowd")]
     pub spacing: Option<f32>,
@@ -153,6 +158,12 @@ pub struct Args {
     /// Bucketed levels change at once instead of moving over into each other
     #[arg(long, help_heading = "Level of detail")]
     pub no_morph: bool,
+
+    /// Leave out people whom others or walls hide (bucketed alone): who was not hidden in the last frame is drawn first, the
+    /// others are tested against its depth and drawn after if anything of them may show, so nobody visible is ever missing.
+    /// What is saved goes to the levels of those in sight. The CPU draws the same picture without
+    #[arg(long, value_enum, default_value_t = Switch::Off, value_name = "on|off", help_heading = "Level of detail")]
+    pub occlusion: Switch,
 
     /// Metres from which the technique `discrete` draws its second and third level [default: where somebody of 1.8 m is
     /// 200 and 66 pixels high]
@@ -248,6 +259,15 @@ pub struct Args {
     /// Print the completions for a shell and leave
     #[arg(long, value_name = "SHELL")]
     pub completions: Option<clap_complete::Shell>,
+}
+
+/// On or off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// On
+    On,
+    /// Off
+    Off,
 }
 
 /// `--weight`.

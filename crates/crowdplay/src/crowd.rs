@@ -6,7 +6,7 @@ use crate::scenery::Scenery;
 use crate::view::read_text;
 use crate::{Error, Result, stats};
 use crowd_pack::{ManifestCharacter, Pack};
-use crowd_scene::{Camera, Instance, Kind, Layout};
+use crowd_scene::{Camera, Instance, Kind, Layout, WalkableArea};
 use crowd_stages::{CrowdData, InstanceRecord, LodChoice, cpu};
 use glam::Vec3;
 use std::path::Path;
@@ -79,6 +79,9 @@ impl Bounds {
 /// Bytes of a layout file: some forty thousand people a megabyte.
 const LAYOUT_BYTES: u64 = 1 << 30;
 
+/// Bytes of a walkable area: far more than its most points need.
+const WALKABLE_BYTES: u64 = 4 << 20;
+
 /// Opens and checks a pack.
 pub fn open_pack(path: &Path) -> Result<Pack> {
     Pack::open(path).map_err(|source| Error::Pack { path: path.to_owned(), source })
@@ -136,7 +139,10 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
         None => crowd_scene::frame_crowd(&placed, bounds.height_m, aspect),
     };
     let summary = summary(&data, manifest, &characters, &clips, &instances, spacing_m, plan.seed);
-    let scenery = moving.as_ref().map_or(Ok(Scenery::default()), Moving::scenery)?;
+    let scenery = match &plan.walkable {
+        Some(path) => read_walkable(path)?,
+        None => moving.as_ref().map_or(Ok(Scenery::default()), Moving::scenery)?,
+    };
     Ok(Crowd { data, instances, summary, bounds, framed, remarks, moving, scenery, shown })
 }
 
@@ -148,6 +154,12 @@ fn read_layout(path: &Path, kinds: &[Kind], clips: &[Vec<u32>]) -> Result<Vec<In
         return Err(refused("found nobody, allowed at least one line with a person".to_owned()));
     }
     Ok(people)
+}
+
+fn read_walkable(path: &Path) -> Result<Scenery> {
+    let refused = |e: crowd_scene::Error| Error::Scene { path: path.to_owned(), problem: e.to_string() };
+    let area = WalkableArea::parse(&read_text(path, WALKABLE_BYTES)?).map_err(refused)?;
+    Scenery::of_area(&area).map_err(refused)
 }
 
 fn choose_characters(manifest: &[ManifestCharacter], names: &[String]) -> Result<Vec<u32>> {

@@ -136,6 +136,7 @@ pub fn report(
             Fit::Plain => "eq1",
         },
         morph: detail.draw.morphs(),
+        occlusion: detail.draw.occludes() && backend == "gpu",
         budget,
         alpha: detail.alpha,
         weight: match detail.weight {

@@ -43,6 +43,9 @@ fn inputs(plan: &Plan) -> Vec<(&'static str, &Path)> {
         LayoutPlan::Feed(FeedPlan::Walk { path: Some(path) }) => taken.push(("--walk", path)),
         LayoutPlan::Feed(FeedPlan::Walk { path: None } | FeedPlan::Flock { .. }) => {}
     }
+    if let Some(path) = &plan.crowd.walkable {
+        taken.push(("--walkable", path));
+    }
     if let CameraPlan::Path { path } = &plan.camera {
         taken.push(("--camera-path", path));
     }

@@ -139,6 +139,9 @@ fn numbers(ui: &mut Ui, knobs: &Knobs, readings: &Readings) {
     egui::Grid::new("numbers").num_columns(2).spacing([8.0, 0.0]).show(ui, |ui| {
         row(ui, "Instances", grouped(u64::from(readings.instances)));
         row(ui, "Visible", grouped(u64::from(totals.visible_count)));
+        let culled = format!("{} outside", grouped(u64::from(totals.outside_count)));
+        let hidden = format!("{culled}, {} hidden", grouped(u64::from(totals.occluded_count)));
+        row(ui, "Left out", if knobs.draw.occludes() { hidden } else { culled });
         let share = 100.0 * f64::from(totals.triangle_count) / readings.triangles_full.max(1) as f64;
         let triangles = grouped(u64::from(totals.triangle_count));
         row(ui, "Triangles", format!("{triangles} of {} ({share:.1} %)", grouped(readings.triangles_full)));
@@ -224,6 +227,10 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs) {
             ui.selectable_value(&mut knobs.draw.no_morph, true, "jump");
         });
     }
+    if knobs.draw.technique == Technique::Bucketed && knobs.draw.fit == Fit::Fill {
+        ui.checkbox(&mut knobs.draw.occlusion, "leave out whom others hide (O)")
+            .on_hover_text("Two-phase occlusion culling: who was in sight first, then who comes into it");
+    }
     if knobs.draw.technique == Technique::Reform {
         ui.horizontal(|ui| {
             ui.label("Levels");
@@ -261,6 +268,7 @@ fn keys(ui: &mut Ui, control: &CameraControl) {
         ("Wheel", "closer; in flight faster".to_owned()),
         ("W A S D Q E", "move, Shift fast".to_owned()),
         ("Space", "pause".to_owned()),
+        ("O", "occlusion culling".to_owned()),
         ("R", "first view".to_owned()),
         ("P", "save picture".to_owned()),
         ("F1", "hide this".to_owned()),

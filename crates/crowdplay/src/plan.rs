@@ -1,6 +1,6 @@
 //! What the command line means: one plan, all defaults decided, no file opened yet.
 
-use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, WeightWord};
+use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, Switch, WeightWord};
 use crate::{Error, Result};
 use crowd_scene::Layout;
 use crowd_stages::{DrawOptions, Fit, Levels, Technique, Weight};
@@ -43,6 +43,8 @@ pub struct CrowdPlan {
     pub count: u32,
     /// Places.
     pub layout: LayoutPlan,
+    /// A file with the walkable area, where the feed has none.
+    pub walkable: Option<PathBuf>,
     /// Metres between neighbours; `None`: from the characters' size.
     pub spacing_m: Option<f32>,
     /// Names; empty: all.
@@ -316,11 +318,13 @@ pub fn plan(args: &Args) -> Result<Plan> {
             allowed: "more than 1 with --weight area-distance".to_owned(),
         });
     }
+    check_occlusion(args)?;
     Ok(Plan {
         pack: args.pack.clone().unwrap_or_default(),
         crowd: CrowdPlan {
             count: args.count,
             layout: layout(args)?,
+            walkable: args.walkable.clone(),
             spacing_m: args.spacing,
             characters: args.characters.clone(),
             clips: clips(&args.clips),
@@ -344,6 +348,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
                     FitWord::Eq1 => Fit::Plain,
                 },
                 no_morph: args.no_morph,
+                occlusion: args.occlusion == Switch::On,
                 levels: if args.snap_levels { Levels::Quantized } else { Levels::Continuous },
             },
             lod_depths_m: args.lod_depths,
@@ -356,6 +361,21 @@ pub fn plan(args: &Args) -> Result<Plan> {
         record_camera: args.record_camera.clone(),
         show,
     })
+}
+
+/// Only the bucketed technique leaves hidden ones out, and its newcomers' levels come from the water's height.
+fn check_occlusion(args: &Args) -> Result<()> {
+    let refused = |found: String, allowed: &str| {
+        Err(Error::Parameter { option: "--occlusion", found, allowed: allowed.to_owned() })
+    };
+    match args.technique {
+        _ if args.occlusion == Switch::Off => Ok(()),
+        Some(other) if other != Technique::Bucketed => {
+            refused(format!("on with --technique {other}"), "on with --technique bucketed")
+        }
+        _ if args.fit == FitWord::Eq1 => refused("on with --fit eq1".to_owned(), "on with --fit fill"),
+        _ => Ok(()),
+    }
 }
 
 fn layout(args: &Args) -> Result<LayoutPlan> {
@@ -495,6 +515,8 @@ mod tests {
             &["--backend", "cpu", "--adapter", "x"],
             &["--weight", "area-distance", "--alpha", "1"],
             &["--target", "1,2,3"],
+            &["--occlusion", "on", "--technique", "reform"],
+            &["--occlusion", "on", "--fit", "eq1"],
             &["--eye", "1,2,3", "--target", "1,2,3"],
             &["--orbit", "0,90,10"],
             &["--layout", "circle"],

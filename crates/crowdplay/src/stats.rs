@@ -32,6 +32,8 @@ pub struct Report {
     pub fit: &'static str,
     /// Vertices move between levels.
     pub morph: bool,
+    /// Hidden instances are left out.
+    pub occlusion: bool,
     /// Vertices a frame: N.
     pub budget: u32,
     /// Exponent of the split.
@@ -97,8 +99,12 @@ pub struct Frame {
     pub frame: u32,
     /// Time shown, seconds.
     pub time_s: f32,
-    /// Instances in view.
+    /// Instances drawn.
     pub visible: u32,
+    /// Instances left out because the frustum does not meet them.
+    pub outside: u32,
+    /// Instances in the frustum that were left out because others or walls hide them (--occlusion on).
+    pub occluded: u32,
     /// Vertices selected.
     pub vertices: u32,
     /// Vertices that Eq. 1 as printed comes to, for comparison; 0 where there is no budget.
@@ -130,6 +136,8 @@ impl Frame {
             frame,
             time_s,
             visible: totals.visible_count,
+            outside: totals.outside_count,
+            occluded: totals.occluded_count,
             vertices: totals.vertex_count,
             eq1_vertices: totals.wanted_count,
             threshold_px: totals.threshold_px,

@@ -293,6 +293,7 @@ impl Running {
         match key {
             KeyCode::Tab => self.control.switch_mode(),
             KeyCode::Space => self.knobs.paused = !self.knobs.paused,
+            KeyCode::KeyO => self.knobs.draw.occlusion = !self.knobs.draw.occlusion,
             KeyCode::KeyR => self.control.reset(),
             KeyCode::KeyP => self.knobs.screenshot = true,
             KeyCode::F1 => self.knobs.visible = !self.knobs.visible,

@@ -44,6 +44,7 @@ pub fn write_bucket_args(
             ranges.push(BucketRange::default());
         }
     }
+    totals.outside_count = sorted_keys.len() as u32 - totals.visible_count;
     let counts = DrawCounts { count_16: narrow.len() as u32, count_32: wide.len() as u32 };
     totals.draw_count = counts.count_16 + counts.count_32;
     (totals.needed_vertices, totals.needed_triangles) = (totals.vertex_count, totals.triangle_count);

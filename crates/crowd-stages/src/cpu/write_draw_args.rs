@@ -43,7 +43,8 @@ pub fn write_draw_args(
         draw_count: u32::from(drawn.triangle_base > 0),
         wanted_count: sums.wanted_count,
         threshold_px: threshold_px(sums, config),
-        reserved: [0; 2],
+        occluded_count: 0,
+        outside_count: choices.len() as u32 - sums.visible_count,
     };
     (args, totals)
 }

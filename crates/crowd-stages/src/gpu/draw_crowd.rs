@@ -2,6 +2,7 @@
 
 use super::allocate::texture_or_error;
 use super::kernel::{Use, buffer_entry};
+use super::stage_recorder::DrawStamps;
 use super::upload::{CrowdBuffers, FrameBuffers};
 use crate::Result;
 
@@ -36,9 +37,21 @@ pub(crate) struct DrawCrowd {
     targets: Option<Targets>,
 }
 
+/// Which passes a frame is drawn in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// One pass.
+    Only,
+    /// The first of two: what it drew, depth too, is kept.
+    First,
+    /// The second of two.
+    Last,
+}
+
 /// Textures of the picture's size.
 struct Targets {
     size: (u32, u32),
+    reads_depth: bool,
     depth: wgpu::TextureView,
     multisampled: Option<wgpu::TextureView>,
 }
@@ -99,48 +112,63 @@ impl DrawCrowd {
     }
 
     /// Begins the pass into a `color` of the size that [`Self::fit_targets`] was given last, and draws the backdrop.
-    /// `stamps`: query set and numbers of the stamps at its start and end.
+    /// `part`: one that is not the first goes on where the one before ended, without a backdrop.
     pub(crate) fn begin<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
         color: &wgpu::TextureView,
-        stamps: Option<(wgpu::QuerySet, u32, u32)>,
+        stamps: Option<DrawStamps>,
+        part: Part,
     ) -> wgpu::RenderPass<'e> {
         let targets = self.targets.as_ref().expect("fit_targets comes first");
+        let goes_on = part == Part::First;
         let (view, resolve_target, store) = match &targets.multisampled {
+            Some(view) if goes_on => (view, None, wgpu::StoreOp::Store),
             Some(view) => (view, Some(color), wgpu::StoreOp::Discard),
             None => (color, None, wgpu::StoreOp::Store),
         };
+        let (color_load, depth_load) = match part {
+            Part::Last => (wgpu::LoadOp::Load, wgpu::LoadOp::Load),
+            Part::First | Part::Only => (wgpu::LoadOp::Clear(wgpu::Color::BLACK), wgpu::LoadOp::Clear(1.0)),
+        };
+        let depth_store = if goes_on { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("draw"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view,
                 depth_slice: None,
                 resolve_target,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store },
+                ops: wgpu::Operations { load: color_load, store },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &targets.depth,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
+                depth_ops: Some(wgpu::Operations { load: depth_load, store: depth_store }),
                 stencil_ops: None,
             }),
             timestamp_writes: stamps.as_ref().map(|(query_set, start, end)| wgpu::RenderPassTimestampWrites {
                 query_set,
                 beginning_of_pass_write_index: Some(*start),
-                end_of_pass_write_index: Some(*end),
+                end_of_pass_write_index: *end,
             }),
             ..Default::default()
         });
-        pass.set_pipeline(&self.backdrop);
-        pass.set_bind_group(0, &self.backdrop_bound, &[]);
-        pass.draw(0..3, 0..1);
+        if part != Part::Last {
+            pass.set_pipeline(&self.backdrop);
+            pass.set_bind_group(0, &self.backdrop_bound, &[]);
+            pass.draw(0..3, 0..1);
+        }
         pass
     }
 
-    /// Makes the textures of the picture's size, unless they are there.
-    pub(crate) fn fit_targets(&mut self, device: &wgpu::Device, size: (u32, u32)) -> Result<()> {
+    /// The depth texture of the picture's size.
+    pub(crate) fn depth(&self) -> &wgpu::TextureView {
+        &self.targets.as_ref().expect("fit_targets comes first").depth
+    }
+
+    /// Makes the textures of the picture's size, unless they are there. `reads_depth`: a later stage will.
+    pub(crate) fn fit_targets(&mut self, device: &wgpu::Device, size: (u32, u32), reads_depth: bool) -> Result<()> {
         let size = (size.0.max(1), size.1.max(1));
-        if self.targets.as_ref().is_some_and(|targets| targets.size == size) {
+        if self.targets.as_ref().is_some_and(|targets| targets.size == size && (targets.reads_depth || !reads_depth)) {
             return Ok(());
         }
         // The old ones go first: two sets may not fit where one does.
@@ -155,14 +183,19 @@ impl DrawCrowd {
                 sample_count: self.sample_count,
                 dimension: wgpu::TextureDimension::D2,
                 format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                    | if format == DEPTH && reads_depth {
+                        wgpu::TextureUsages::TEXTURE_BINDING
+                    } else {
+                        wgpu::TextureUsages::empty()
+                    },
                 view_formats: &[],
             };
             let texture = texture_or_error(device, label, bytes, "draw a smaller picture", &descriptor)?;
             Ok(texture.create_view(&Default::default()))
         };
         let multisampled = (self.sample_count > 1).then(|| texture("multisampled", self.color_format)).transpose()?;
-        self.targets = Some(Targets { size, depth: texture("depth", DEPTH)?, multisampled });
+        self.targets = Some(Targets { size, reads_depth, depth: texture("depth", DEPTH)?, multisampled });
         Ok(())
     }
 

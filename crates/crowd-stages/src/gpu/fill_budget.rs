@@ -53,6 +53,12 @@ impl FillBudget {
             self.kernel.dispatch(pass, 1, bound, groups);
             self.kernel.dispatch(pass, 2, bound, 1);
         }
+        self.record_steps(pass, bound, instance_count);
+    }
+
+    /// Records the last part alone: between the two heights that the state has, the first instances take the step.
+    pub fn record_steps(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
+        let groups = blocks(instance_count);
         self.kernel.dispatch(pass, 3, bound, groups);
         self.kernel.dispatch(pass, 4, bound, 1);
         self.kernel.dispatch(pass, 5, bound, groups);

@@ -7,7 +7,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 const TOTALS_BYTES: u64 = size_of::<FrameTotals>() as u64;
-const RUNS_BYTES: u64 = size_of::<u64>() as u64;
+/// Draws of a frame that are counted.
+const MOST_DRAWS: u32 = 2;
+const RUNS_BYTES: u64 = MOST_DRAWS as u64 * size_of::<u64>() as u64;
 /// Frames under way that are remembered; older ones are forgotten.
 const MAX_SLOTS: usize = 4;
 
@@ -23,6 +25,8 @@ struct Slot {
     /// Totals known beforehand (nothing was selected on the GPU).
     known_totals: Option<FrameTotals>,
     stages: Vec<&'static str>,
+    /// Draws whose runs were counted.
+    draws: u32,
 }
 
 /// Time stamps at the start of each stage, and one at the end of the last.
@@ -71,7 +75,7 @@ impl RunCounter {
         let label = Some("vertex shader runs");
         let ty = wgpu::QueryType::PipelineStatistics(wgpu::PipelineStatisticsTypes::VERTEX_SHADER_INVOCATIONS);
         Some(Self {
-            queries: device.create_query_set(&wgpu::QuerySetDescriptor { label, ty, count: 1 }),
+            queries: device.create_query_set(&wgpu::QuerySetDescriptor { label, ty, count: MOST_DRAWS }),
             resolved: device.create_buffer(&wgpu::BufferDescriptor {
                 label,
                 size: RUNS_BYTES,
@@ -115,7 +119,7 @@ pub(crate) struct ReadBack {
 impl ReadBack {
     /// Records the copies of a frame; they are mapped when the encoder is submitted.
     ///
-    /// `stages`: names in the order of the time stamps, one fewer than there are stamps.
+    /// `stages`: names in the order of the time stamps, one fewer than there are stamps. `draws`: how many had their runs counted.
     pub(crate) fn record(
         &mut self,
         device: &wgpu::Device,
@@ -124,6 +128,7 @@ impl ReadBack {
         known_totals: Option<FrameTotals>,
         meters: &Meters,
         stages: Vec<&'static str>,
+        draws: u32,
     ) {
         let mut slot = self.take_slot(device, meters);
         let clock = meters.clock.as_ref();
@@ -134,13 +139,14 @@ impl ReadBack {
             encoder.copy_buffer_to_buffer(&clock.resolved, 0, &slot.buffer, TOTALS_BYTES, u64::from(stamps) * 8);
         }
         if let Some(runs) = &meters.runs {
-            encoder.resolve_query_set(&runs.queries, 0..1, &runs.resolved, 0);
+            encoder.resolve_query_set(&runs.queries, 0..draws, &runs.resolved, 0);
             let end = TOTALS_BYTES + meters.stamp_bytes();
             encoder.copy_buffer_to_buffer(&runs.resolved, 0, &slot.buffer, end, RUNS_BYTES);
         }
         self.next_frame += 1;
         slot.frame = self.next_frame;
         slot.known_totals = known_totals;
+        slot.draws = draws;
         slot.stages = if clock.is_some() { stages } else { Vec::new() };
         slot.state.store(UNDER_WAY, Ordering::Release);
         let state = slot.state.clone();
@@ -165,7 +171,7 @@ impl ReadBack {
             mapped_at_creation: false,
         });
         let state = Arc::new(AtomicU8::new(FREE));
-        Slot { buffer, state, frame: 0, known_totals: None, stages: Vec::new() }
+        Slot { buffer, state, frame: 0, known_totals: None, stages: Vec::new(), draws: 0 }
     }
 
     /// Whether the newest recorded frame has not come back yet.
@@ -195,7 +201,8 @@ impl ReadBack {
                 self.arrived.totals = Some(slot.known_totals.unwrap_or(read));
                 let tick_ms = meters.clock.as_ref().map_or(0.0, |clock| f64::from(clock.nanoseconds_per_tick) * 1e-6);
                 self.arrived.timings_ms = spans(&slot.stages, stamps, tick_ms);
-                self.arrived.vertex_runs = meters.runs.as_ref().map(|_| bytemuck::pod_read_unaligned(runs));
+                let counted = runs.chunks_exact(8).take(slot.draws as usize).map(bytemuck::pod_read_unaligned::<u64>);
+                self.arrived.vertex_runs = meters.runs.as_ref().map(|_| counted.sum());
             }
             slot.buffer.unmap();
             slot.state.store(FREE, Ordering::Release);
@@ -242,10 +249,28 @@ pub(crate) fn read_now<T: bytemuck::Pod>(
     }
 }
 
-/// Milliseconds from each stamp to the next.
+/// Milliseconds from each stamp to the next; of stages that ran twice, both together in the place of the first.
 fn spans(stages: &[&'static str], stamps: &[u8], tick_ms: f64) -> Vec<(&'static str, f32)> {
     let ticks: Vec<u64> = stamps.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
-    let span =
-        |(name, pair): (&&'static str, &[u64])| (*name, (pair[1].saturating_sub(pair[0]) as f64 * tick_ms) as f32);
-    stages.iter().zip(ticks.windows(2)).map(span).collect()
+    let mut spans: Vec<(&'static str, f32)> = Vec::new();
+    for (name, pair) in stages.iter().zip(ticks.windows(2)) {
+        let ms = (pair[1].saturating_sub(pair[0]) as f64 * tick_ms) as f32;
+        match spans.iter_mut().find(|(known, _)| known == name) {
+            Some((_, sum)) => *sum += ms,
+            None => spans.push((name, ms)),
+        }
+    }
+    spans
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stage_that_runs_twice_is_told_once() {
+        let stamps: Vec<u8> = [10u64, 30, 60, 65, 75].iter().flat_map(|tick| tick.to_le_bytes()).collect();
+        let found = spans(&["sort", "draw", "sort", "draw"], &stamps, 1.0);
+        assert_eq!(found, [("sort", 25.0), ("draw", 40.0)]);
+    }
 }

@@ -1,7 +1,8 @@
 //! The renderer: the shared selection, what the technique adds, then the draw, recorded into an engine's encoder.
 
-use super::draw_crowd::DrawCrowd;
+use super::draw_crowd::{DrawCrowd, Part};
 use super::draw_scenery::DrawScenery;
+use super::occlusion::Occlusion;
 use super::read_back::{self, Meters, ReadBack, RunCounter, StageClock};
 use super::selection::Selection;
 use super::stage_recorder::StageRecorder;
@@ -18,7 +19,7 @@ use std::time::{Duration, Instant};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
-pub const STAGES: [&str; 14] = [
+pub const STAGES: [&str; 18] = [
     "cull_instances",
     "sum_weights",
     "fill_budget",
@@ -33,7 +34,14 @@ pub const STAGES: [&str; 14] = [
     "write_bucket_args",
     "gather_drawn",
     "cull_by_depth",
+    "recall_seen",
+    "build_pyramid",
+    "test_occlusion",
+    "join_phases",
 ];
+
+/// Stages and draws of a frame, those that run twice counted twice.
+const MOST_STAMPED: u32 = 2 * STAGES.len() as u32 + 2;
 
 /// Sizes and formats fixed for a renderer's life.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,6 +74,8 @@ pub struct CrowdRenderer {
     frame: FrameBuffers,
     selection: Selection,
     scenery: Option<DrawScenery>,
+    /// Set up when it is first asked for.
+    occlusion: Option<Occlusion>,
     draw: DrawCrowd,
     painters: [Option<Box<dyn Painter>>; Technique::ALL.len()],
     meters: Meters,
@@ -104,11 +114,9 @@ impl CrowdRenderer {
             selection: Selection::new(device, &crowd, &frame),
             draw: DrawCrowd::new(device, &frame, options.color_format, options.sample_count),
             scenery: None,
+            occlusion: None,
             painters: Default::default(),
-            meters: Meters {
-                clock: StageClock::new(device, queue, STAGES.len() as u32 + 1),
-                runs: RunCounter::new(device),
-            },
+            meters: Meters { clock: StageClock::new(device, queue, MOST_STAMPED), runs: RunCounter::new(device) },
             read_back: ReadBack::default(),
             options,
             characters: data.characters.clone(),
@@ -255,7 +263,10 @@ impl CrowdRenderer {
     ) -> Result<()> {
         let options = options.into();
         self.prepare(device, queue, options.technique)?;
-        self.draw.fit_targets(device, size)?;
+        self.draw.fit_targets(device, size, options.occludes())?;
+        if options.occludes() {
+            self.fit_occlusion(device, queue, size)?;
+        }
         let config = self.complete(config, &options);
         let clip_from_world = Mat4::from_cols_array_2d(&config.clip_from_world);
         let draw_config = DrawConfig::new(&clip_from_world, size.0, size.1, self.layer_side);
@@ -269,6 +280,7 @@ impl CrowdRenderer {
         let context = FrameContext {
             crowd: &self.crowd,
             selection: &self.selection,
+            occlusion: self.occlusion.as_ref().filter(|_| options.occludes()),
             config: &config,
             options,
             characters: &self.instance_characters,
@@ -277,21 +289,44 @@ impl CrowdRenderer {
         let Meters { clock, runs } = &self.meters;
         let mut recorder = StageRecorder::new(encoder, clock.as_ref().map(|clock| clock.queries.clone()));
         painter.record_stages(&mut recorder, &context);
-        let (stamps, names) = recorder.finish("draw");
-        let mut pass = self.draw.begin(encoder, color, stamps);
-        if let Some(scenery) = &self.scenery {
-            scenery.draw(&mut pass);
+        let parts: &[Part] = if context.occlusion.is_some() { &[Part::First, Part::Last] } else { &[Part::Only] };
+        for (number, &part) in parts.iter().enumerate() {
+            if let Some(occlusion) = context.occlusion.filter(|_| part == Part::Last) {
+                occlusion.record_second(&mut recorder, &config);
+                painter.record_again(&mut recorder, &context);
+                occlusion.record_join(&mut recorder);
+            }
+            let stamps = recorder.draw_stamps("draw", part != Part::First);
+            let mut pass = self.draw.begin(recorder.encoder, color, stamps, part);
+            if let Some(scenery) = self.scenery.as_ref().filter(|_| part != Part::Last) {
+                scenery.draw(&mut pass);
+            }
+            if let Some(runs) = runs {
+                pass.begin_pipeline_statistics_query(&runs.queries, number as u32);
+            }
+            painter.draw(&mut pass, &context);
+            if runs.is_some() {
+                pass.end_pipeline_statistics_query();
+            }
         }
-        if let Some(runs) = runs {
-            pass.begin_pipeline_statistics_query(&runs.queries, 0);
-        }
-        painter.draw(&mut pass, &context);
-        if runs.is_some() {
-            pass.end_pipeline_statistics_query();
-        }
-        drop(pass);
+        let names = recorder.into_names();
         let known_totals = painter.known_totals(&context);
-        self.read_back.record(device, encoder, &self.frame.totals, known_totals, &self.meters, names);
+        let draws = parts.len() as u32;
+        self.read_back.record(device, encoder, &self.frame.totals, known_totals, &self.meters, names, draws);
+        Ok(())
+    }
+
+    /// Sets up occlusion culling for pictures of that size, unless it is.
+    fn fit_occlusion(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, size: (u32, u32)) -> Result<()> {
+        let mut up = Uploader { device, queue, bytes: 0 };
+        let RendererOptions { max_instances, sample_count, .. } = self.options;
+        if self.occlusion.is_none() {
+            self.occlusion = Some(Occlusion::new(&mut up, &self.crowd, &self.frame, max_instances)?);
+        }
+        let occlusion = self.occlusion.as_mut().expect("set above");
+        let size = (size.0.max(1), size.1.max(1));
+        occlusion.fit(&mut up, &self.crowd, &self.frame, self.draw.depth(), size, sample_count)?;
+        self.buffer_bytes += up.bytes;
         Ok(())
     }
 
@@ -341,6 +376,7 @@ impl CrowdRenderer {
             "choices" => Some(&self.frame.choices),
             "culled" => Some(&self.frame.culled),
             "sums" => Some(&self.frame.sums),
+            "seen" | "tally" | "farthest" => self.occlusion.as_ref()?.buffer(name),
             _ => self.painters[technique.number()].as_ref()?.buffer(name),
         }
     }

@@ -62,9 +62,14 @@ impl Selection {
 
     /// Everything up to one level for each instance.
     pub(crate) fn record(&self, recorder: &mut StageRecorder<'_>, config: &FrameConfig, options: &DrawOptions) {
+        self.record_culling(recorder, config.instance_count);
+        self.record_levels(recorder, config, options);
+    }
+
+    /// The same after culling.
+    pub(crate) fn record_levels(&self, recorder: &mut StageRecorder<'_>, config: &FrameConfig, options: &DrawOptions) {
         let count = config.instance_count;
         let by_error = config.weight == Weight::Error as u32;
-        self.record_culling(recorder, count);
         recorder.stage("sum_weights", |pass| self.sum_weights.0.record(pass, &self.sum_weights.1, count));
         let (fill, fit) = match options.levels() {
             Levels::Continuous => (&self.fill_continuous, &self.fit_continuous),

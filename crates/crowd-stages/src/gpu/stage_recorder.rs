@@ -14,8 +14,7 @@ impl<'a> StageRecorder<'a> {
 
     /// A pass of that name.
     pub(crate) fn stage(&mut self, name: &'static str, dispatch: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
-        let number = self.names.len() as u32;
-        self.names.push(name);
+        let number = self.number(name);
         let timestamp_writes = self.clock.as_ref().map(|query_set| wgpu::ComputePassTimestampWrites {
             query_set,
             beginning_of_pass_write_index: Some(number),
@@ -25,10 +24,23 @@ impl<'a> StageRecorder<'a> {
         dispatch(&mut self.encoder.begin_compute_pass(&descriptor));
     }
 
-    /// Takes the last name, that of the draw: the stamps of its pass, and all names.
-    pub(crate) fn finish(mut self, name: &'static str) -> (Option<(wgpu::QuerySet, u32, u32)>, Vec<&'static str>) {
-        let number = self.names.len() as u32;
+    /// Takes the name of a pass that draws: query set and number of the stamp at its start, and of the one at its end if it is
+    /// the frame's last.
+    pub(crate) fn draw_stamps(&mut self, name: &'static str, is_last: bool) -> Option<DrawStamps> {
+        let number = self.number(name);
+        self.clock.clone().map(|queries| (queries, number, is_last.then_some(number + 1)))
+    }
+
+    /// All names.
+    pub(crate) fn into_names(self) -> Vec<&'static str> {
+        self.names
+    }
+
+    fn number(&mut self, name: &'static str) -> u32 {
         self.names.push(name);
-        (self.clock.map(|queries| (queries, number, number + 1)), self.names)
+        self.names.len() as u32 - 1
     }
 }
+
+/// Of a render pass.
+pub(crate) type DrawStamps = (wgpu::QuerySet, u32, Option<u32>);

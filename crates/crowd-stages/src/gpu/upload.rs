@@ -284,6 +284,7 @@ impl LevelTables {
 }
 
 /// What all techniques share of a frame.
+#[derive(Clone)]
 pub(crate) struct FrameBuffers {
     pub(crate) config: wgpu::Buffer,
     pub(crate) draw_config: wgpu::Buffer,

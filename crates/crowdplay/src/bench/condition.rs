@@ -1,7 +1,7 @@
 //! Conditions on what came out, as typed: `bucketed/b0 <= 0.25`.
 
 use super::rows::Row;
-use crowd_stages::Technique;
+use super::variant::Variant;
 use std::fmt;
 use std::str::FromStr;
 
@@ -24,6 +24,8 @@ pub enum Quantity {
     Triangles,
     /// Vertices of the last frame.
     Vertices,
+    /// Instances that others hide in the last frame.
+    Hidden,
     /// Draws of the last frame.
     Draws,
     /// Vertex shader runs of the last frame.
@@ -35,7 +37,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    const NAMES: [(&'static str, Self); 12] = [
+    const NAMES: [(&'static str, Self); 13] = [
         ("frame_ms", Self::Frame),
         ("frame_p95_ms", Self::FrameP95),
         ("gpu_ms", Self::Gpu),
@@ -44,6 +46,7 @@ impl Quantity {
         ("draw_ms", Self::Draw),
         ("triangles", Self::Triangles),
         ("vertices", Self::Vertices),
+        ("hidden", Self::Hidden),
         ("draws", Self::Draws),
         ("vertex_runs", Self::VertexRuns),
         ("runs_per_triangle", Self::RunsPerTriangle),
@@ -61,6 +64,7 @@ impl Quantity {
             Self::Draw => row.stages_ms.get("draw").map(|spread| spread.median.into()),
             Self::Triangles => Some(row.triangles.into()),
             Self::Vertices => Some(row.vertices.into()),
+            Self::Hidden => Some(row.occluded.into()),
             Self::Draws => Some(row.draws.into()),
             Self::VertexRuns => row.vertex_runs.map(|runs| runs as f64),
             Self::RunsPerTriangle => row.runs_per_triangle.map(f64::from),
@@ -97,28 +101,29 @@ impl Comparison {
 pub struct Condition {
     text: String,
     quantity: Quantity,
-    technique: Technique,
-    than: Option<Technique>,
+    variant: Variant,
+    than: Option<Variant>,
     comparison: Comparison,
     limit: f64,
 }
 
 impl Condition {
-    /// Techniques it names.
-    pub fn techniques(&self) -> impl Iterator<Item = Technique> {
-        [Some(self.technique), self.than].into_iter().flatten()
+    /// Techniques it names, with their switches.
+    pub fn variants(&self) -> impl Iterator<Item = Variant> {
+        [Some(self.variant), self.than].into_iter().flatten()
     }
 
     /// What was found among the rows of one count, and whether the condition holds. A quantity that was not measured, or a ratio to
     /// nothing, is not a number and holds nothing.
     pub fn judge(&self, rows: &[Row]) -> (f64, bool) {
-        let value = |technique: Technique| {
-            let row = rows.iter().find(|row| row.technique == technique.name())?;
+        let value = |variant: Variant| {
+            let name = variant.to_string();
+            let row = rows.iter().find(|row| row.technique == name)?;
             self.quantity.of(row)
         };
         let found = match self.than {
-            None => value(self.technique),
-            Some(than) => value(self.technique).zip(value(than)).map(|(a, b)| a / b),
+            None => value(self.variant),
+            Some(than) => value(self.variant).zip(value(than)).map(|(a, b)| a / b),
         };
         let found = found.unwrap_or(f64::NAN);
         (found, self.comparison.holds(found, self.limit))
@@ -147,12 +152,12 @@ impl FromStr for Condition {
         let known = Quantity::NAMES.iter().find(|(known, _)| *known == name.trim());
         let names = || Quantity::NAMES.map(|(name, _)| name).join(", ");
         let quantity = known.ok_or_else(|| wrong(&format!("no quantity `{}` ({})", name.trim(), names())))?.1;
-        let technique = |name: &str| name.trim().parse::<Technique>().map_err(|e| wrong(&e));
-        let (technique, than) = match of.split_once('/') {
+        let technique = |name: &str| name.trim().parse::<Variant>().map_err(|e| wrong(&e));
+        let (variant, than) = match of.split_once('/') {
             Some((a, b)) => (technique(a)?, Some(technique(b)?)),
             None => (technique(of)?, None),
         };
-        Ok(Self { text: text.trim().to_owned(), quantity, technique, than, comparison, limit })
+        Ok(Self { text: text.trim().to_owned(), quantity, variant, than, comparison, limit })
     }
 }
 
@@ -160,10 +165,11 @@ impl FromStr for Condition {
 mod tests {
     use super::*;
     use crate::stats::Spread;
+    use crowd_stages::Technique;
 
     fn row(technique: Technique, ms: f32) -> Row {
         let frame_ms = Spread { median: ms, p95: 2.0 * ms, min: ms, max: 3.0 * ms };
-        Row { technique: technique.name(), frame_ms, triangles: 100, ..Row::default() }
+        Row { technique: technique.name().to_owned(), frame_ms, triangles: 100, ..Row::default() }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Draws the frames, in turn, and gathers the rows.
 
 use super::rows::{BenchReport, Judged, Row, SCHEMA_VERSION};
+use super::variant::Variant;
 use super::words::Asked;
 use crate::backend;
 use crate::crowd::{self, Crowd};
@@ -11,7 +12,7 @@ use crate::plan::{HeadlessPlan, Show};
 use crate::stats::{Frame, Spread, overflow_words};
 use crate::view::{Viewer, frame_config};
 use crate::{Error, Result, Talk};
-use crowd_stages::{DrawOptions, FrameTotals, InstanceRecord, Technique, overflow};
+use crowd_stages::{FrameTotals, InstanceRecord, Technique, overflow};
 use std::time::Instant;
 
 /// The stage that is not level of detail.
@@ -66,7 +67,7 @@ pub fn measure(asked: &Asked, talk: &mut Talk<'_>) -> Result<BenchReport> {
 
 /// Frames of one technique.
 struct Contender {
-    technique: Technique,
+    variant: Variant,
     frames: Vec<Frame>,
     last: FrameTotals,
     vertex_runs: Option<u64>,
@@ -79,8 +80,8 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
     let viewer = Viewer::open(&plan.camera, &crowd)?;
     let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget(Some(gpu), &crowd));
     let mut backend = GpuBackend::new(gpu.clone(), &crowd, plan.size, samples, budget)?;
-    let new = |&technique: &Technique| Contender {
-        technique,
+    let new = |&variant: &Variant| Contender {
+        variant,
         frames: Vec::new(),
         last: FrameTotals::default(),
         vertex_runs: None,
@@ -99,7 +100,7 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
         for turn in 0..asked.words.ab.len() {
             let index = (first + turn) % contenders.len();
             let contender = &mut contenders[index];
-            let options = DrawOptions { technique: contender.technique, ..plan.detail.draw };
+            let options = contender.variant.options(plan.detail.draw);
             backend.bake(&crowd, &config, options)?;
             let start = Instant::now();
             let totals = backend.draw(&config, options)?;
@@ -117,20 +118,20 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
     let mut rows: Vec<Row> = contenders.iter().map(|contender| row_of(contender, count, budget)).collect();
     let time_s = start_s + (rounds - 1) as f32 * dt_s;
     let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
-    let mut picture = |instances: &[InstanceRecord], technique: Technique| {
-        let options = DrawOptions { technique, ..plan.detail.draw };
+    let mut picture = |instances: &[InstanceRecord], variant: Variant| {
+        let options = variant.options(plan.detail.draw);
         backend.set_instances(instances)?;
         backend.bake(&crowd, &config, options)?;
         backend.draw(&config, options)?;
         backend.picture()
     };
-    let empty = picture(&[], Technique::PseudoInstancing)?;
-    let full_detail = picture(&crowd.instances, Technique::PseudoInstancing)?;
+    let empty = picture(&[], Technique::PseudoInstancing.into())?;
+    let full_detail = picture(&crowd.instances, Technique::PseudoInstancing.into())?;
     for (row, contender) in rows.iter_mut().zip(&contenders) {
         // The baseline is what the others are compared with; it is slow enough to draw once.
-        row.image_rmse = match contender.technique {
+        row.image_rmse = match contender.variant.technique {
             Technique::PseudoInstancing => 0.0,
-            technique => difference(&picture(&crowd.instances, technique)?, &full_detail, &empty),
+            _ => difference(&picture(&crowd.instances, contender.variant)?, &full_detail, &empty),
         };
     }
     let base = rows[0].frame_ms.median;
@@ -152,11 +153,14 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
     let has_times = !timed.is_empty();
     let timings = crate::stats::Timings::over(frames);
     // Drawing all at full detail is what a technique without a budget does.
-    let overflow =
-        if contender.technique.has_budget() { contender.overflow } else { contender.overflow & !overflow::BUDGET };
+    let overflow = if contender.variant.technique.has_budget() {
+        contender.overflow
+    } else {
+        contender.overflow & !overflow::BUDGET
+    };
     Row {
         count,
-        technique: contender.technique.name(),
+        technique: contender.variant.to_string(),
         budget,
         frames: frames.len() as u32,
         frame_ms: timings.frame_ms,
@@ -166,6 +170,8 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
         lod_share: has_times.then(|| median(&|(all, lod)| if *all > 0.0 { lod / all } else { 0.0 })),
         stages_ms: timings.stages_ms,
         visible: contender.last.visible_count,
+        outside: contender.last.outside_count,
+        occluded: contender.last.occluded_count,
         vertices: contender.last.vertex_count,
         triangles: contender.last.triangle_count,
         draws: contender.last.draw_count,

@@ -7,6 +7,7 @@
 mod condition;
 mod measure;
 mod rows;
+mod variant;
 mod words;
 
 pub use condition::Condition;

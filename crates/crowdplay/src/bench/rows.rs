@@ -44,8 +44,8 @@ pub struct BenchReport {
 pub struct Row {
     /// Instances.
     pub count: u32,
-    /// A [`crowd_stages::Technique`] by name.
-    pub technique: &'static str,
+    /// A [`super::variant::Variant`] by name.
+    pub technique: String,
     /// Vertices a frame: N.
     pub budget: u32,
     /// Frames counted.
@@ -62,8 +62,12 @@ pub struct Row {
     pub lod_share: Option<f32>,
     /// By stage.
     pub stages_ms: BTreeMap<&'static str, Spread>,
-    /// Instances in view in the last frame.
+    /// Instances drawn in the last frame.
     pub visible: u32,
+    /// Instances of the last frame that the frustum does not meet.
+    pub outside: u32,
+    /// Instances of the last frame that others hide.
+    pub occluded: u32,
     /// Vertices of the last frame.
     pub vertices: u32,
     /// Triangles of the last frame.
@@ -95,7 +99,7 @@ pub struct Judged {
 
 /// Columns of the table for spreadsheets.
 const COLUMNS: &str = "adapter,driver,device_type,pack,width,height,samples,rounds,count,technique,budget,frame_ms_median,frame_ms_p95,\
-frame_ratio,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,vertices,triangles,draws,vertex_runs,runs_per_triangle,image_rmse,overflow,features";
+frame_ratio,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,image_rmse,overflow,features";
 
 impl BenchReport {
     /// Comma-separated values with a header; text with quotes around it.
@@ -108,10 +112,12 @@ impl BenchReport {
         for row in &self.rows {
             let texts = [name, driver.trim(), device_type, &self.pack].map(quoted).join(",");
             let [width, height] = self.size;
-            let Row { count, technique, budget, frame_ms, visible, vertices, triangles, draws, .. } = row;
+            let Row {
+                count, technique, budget, frame_ms, visible, outside, occluded, vertices, triangles, draws, ..
+            } = row;
             let _ = writeln!(
                 csv,
-                "{texts},{width},{height},{},{},{count},{technique},{budget},{},{},{},{},{},{},{},{visible},{vertices},{triangles},{draws},{},{},{},{},{}",
+                "{texts},{width},{height},{},{},{count},{technique},{budget},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{}",
                 self.samples,
                 self.rounds,
                 frame_ms.median,
@@ -139,15 +145,15 @@ impl BenchReport {
             "# Benchmarks: drawing a crowd\n\nMade by `{command}`; do not edit by hand. {name} ({backend}, {driver} {driver_version}), \
              {width} x {height} pixels, {} sample(s) a pixel, {} frames of each technique in turn after {} that do not count. \
              Times are medians, milliseconds; *ratio* is to the first technique, *LOD* is everything on the GPU before the draw, *LOD %* its \
-             part of the GPU's time, *runs a triangle* the vertex shader's runs as the adapter counts them, *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone).\n\n",
+             part of the GPU's time, *visible* who is drawn, *hidden* who is in the frustum but left out behind others, *runs a triangle* the vertex shader's runs as the adapter counts them, *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone).\n\n",
             self.samples, self.rounds, self.warm_up
         );
-        out.push_str("| instances | technique | frame ms | p95 | ratio | LOD ms | LOD % | visible | triangles | vertices | draws | runs a triangle | image |\n");
-        out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+        out.push_str("| instances | technique | frame ms | p95 | ratio | LOD ms | LOD % | visible | hidden | triangles | vertices | draws | runs a triangle | image |\n");
+        out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
         for row in &self.rows {
             let _ = writeln!(
                 out,
-                "| {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {:.4} |",
+                "| {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {:.4} |",
                 row.count,
                 row.technique,
                 row.frame_ms.median,
@@ -156,6 +162,7 @@ impl BenchReport {
                 number(row.lod_ms, 3),
                 number(row.lod_share.map(|share| share * 100.0), 2),
                 row.visible,
+                row.occluded,
                 row.triangles,
                 row.vertices,
                 row.draws,
@@ -184,7 +191,7 @@ impl BenchReport {
         );
         let _ = writeln!(
             out,
-            "{:>9}  {:<18} {:>10} {:>9} {:>7} {:>9} {:>8} {:>8} {:>9} {:>11} {:>10} {:>7} {:>8} {:>8}",
+            "{:>9}  {:<18} {:>10} {:>9} {:>7} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8}",
             "instances",
             "technique",
             "frame ms",
@@ -194,6 +201,7 @@ impl BenchReport {
             "LOD ms",
             "LOD %",
             "visible",
+            "hidden",
             "triangles",
             "vertices",
             "draws",
@@ -203,7 +211,7 @@ impl BenchReport {
         for row in &self.rows {
             let _ = writeln!(
                 out,
-                "{:>9}  {:<18} {:>10.2} {:>9.2} {:>7.3} {:>9} {:>8} {:>8} {:>9} {:>11} {:>10} {:>7} {:>8} {:>8.4}",
+                "{:>9}  {:<18} {:>10.2} {:>9.2} {:>7.3} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8.4}",
                 row.count,
                 row.technique,
                 row.frame_ms.median,
@@ -213,6 +221,7 @@ impl BenchReport {
                 number(row.lod_ms, 3),
                 number(row.lod_share.map(|share| share * 100.0), 2),
                 row.visible,
+                row.occluded,
                 row.triangles,
                 row.vertices,
                 row.draws,
@@ -234,9 +243,14 @@ mod tests {
     use super::*;
 
     fn report() -> BenchReport {
-        let row = Row { count: 8, technique: "reform", overflow: vec!["budget", "vertices"], ..Row::default() };
-        let timed =
-            Row { technique: "bucketed", lod_ms: Some(0.5), gpu_ms: Some(Spread::of(vec![2.0])), ..row.clone() };
+        let row =
+            Row { count: 8, technique: "reform".to_owned(), overflow: vec!["budget", "vertices"], ..Row::default() };
+        let timed = Row {
+            technique: "bucketed".to_owned(),
+            lod_ms: Some(0.5),
+            gpu_ms: Some(Spread::of(vec![2.0])),
+            ..row.clone()
+        };
         BenchReport {
             schema_version: SCHEMA_VERSION,
             program: String::new(),
@@ -276,7 +290,7 @@ mod tests {
         }
         let columns: Vec<usize> =
             page.lines().filter(|line| line.starts_with("| ")).take(3).map(|line| line.matches('|').count()).collect();
-        assert_eq!(columns, [14; 3], "{page}");
+        assert_eq!(columns, [15; 3], "{page}");
     }
 
     #[test]

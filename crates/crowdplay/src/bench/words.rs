@@ -1,12 +1,12 @@
 //! The words of `crowdplay bench`: those of the player that say what is seen, and its own.
 
 use super::condition::Condition;
-use crate::cli::{Args, techniques};
+use super::variant::{Variant, variants};
+use crate::cli::Args;
 use crate::plan::{self, Plan};
 use crate::{Error, Result};
 use clap::parser::ValueSource;
 use clap::{Args as _, CommandFactory, FromArgMatches, ValueHint};
-use crowd_stages::Technique;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -28,7 +28,7 @@ Examples:
 
 Conditions: [QUANTITY:]A/B OP NUMBER, or [QUANTITY:]A OP NUMBER; A and B are techniques of --ab, OP is <=, <, >= or >. They must hold at
 every count. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything before the draw), lod_share (its
-part of gpu_ms), draw_ms, triangles, vertices, draws, vertex_runs, runs_per_triangle, image_rmse (to
+part of gpu_ms), draw_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, image_rmse (to
 full detail).
 
 Exit codes: those of the player, and 4 when a condition does not hold.";
@@ -39,10 +39,11 @@ const FOREIGN: [&str; 7] = ["headless", "frames", "out", "report", "technique", 
 /// What only a bench is asked.
 #[derive(Debug, Clone, clap::Args)]
 pub struct BenchWords {
-    /// Techniques that draw in turn, by name: b0, b3, bucketed, ...; the first is what the others are compared with
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true, value_parser = techniques(),
+    /// Techniques that draw in turn, by name: b0, b3, bucketed, bucketed+occlusion, ...; the first is what the others are
+    /// compared with
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true, value_parser = variants(),
           help_heading = "Bench")]
-    pub ab: Vec<Technique>,
+    pub ab: Vec<Variant>,
 
     /// Frames of each technique that count
     #[arg(long, default_value_t = 60, value_name = "ROUNDS", value_parser = clap::value_parser!(u32).range(1..=100_000),
@@ -138,7 +139,7 @@ fn decide(args: &Args, words: BenchWords, typed: String) -> Result<Asked> {
         }
     }
     for condition in &words.assert {
-        if let Some(missing) = condition.techniques().find(|technique| !words.ab.contains(technique)) {
+        if let Some(missing) = condition.variants().find(|variant| !words.ab.contains(variant)) {
             return Err(refused("--assert", format!("{missing} in {condition:?}"), "techniques of --ab"));
         }
     }
@@ -174,6 +175,8 @@ mod tests {
         parse(["bench"].iter().chain(words).map(OsString::from))
     }
 
+    use crowd_stages::Technique;
+
     #[test]
     fn the_words_are_consistent() {
         command().debug_assert();
@@ -184,7 +187,7 @@ mod tests {
         let words =
             ["p", "--ab", "b0,bucketed", "--layout", "street", "--counts", "8,64", "--assert", "bucketed/b0<=0.5"];
         let asked = parsed(&words).unwrap().unwrap();
-        assert_eq!(asked.words.ab, [Technique::PseudoInstancing, Technique::Bucketed]);
+        assert_eq!(asked.words.ab, [Technique::PseudoInstancing, Technique::Bucketed].map(Variant::from));
         assert_eq!(asked.counts, [8, 64]);
         assert_eq!(asked.plan.crowd.layout, plan::LayoutPlan::Named(crowd_scene::Layout::Street));
         assert_eq!(parsed(&["p", "--ab", "b3", "--count", "7"]).unwrap().unwrap().counts, [7]);
@@ -196,6 +199,7 @@ mod tests {
             &["p"],
             &["--ab", "b0"],
             &["p", "--ab", "b9"],
+            &["p", "--ab", "b3+occlusion"],
             &["p", "--ab", "b0", "--headless"],
             &["p", "--ab", "b0", "--technique", "b3"],
             &["p", "--ab", "b0", "--count", "5", "--counts", "6"],

@@ -26,8 +26,15 @@ impl Bucketed {
 
 impl Painter for Bucketed {
     fn record_stages(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
+        match context.occlusion {
+            Some(occlusion) => occlusion.record_first(recorder, context.selection, context.config, &context.options),
+            None => context.selection.record(recorder, context.config, &context.options),
+        }
+        self.record_again(recorder, context);
+    }
+
+    fn record_again(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
         let count = context.config.instance_count;
-        context.selection.record(recorder, context.config, &context.options);
         self.draws.record_keys(recorder, count);
         self.draws.record_sort(recorder, count);
     }

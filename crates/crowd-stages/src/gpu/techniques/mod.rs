@@ -10,6 +10,7 @@ mod static_floor;
 pub(crate) use static_floor::Floor;
 
 use super::draw_crowd::DrawCrowd;
+use super::occlusion::Occlusion;
 use super::renderer::RendererOptions;
 use super::selection::Selection;
 use super::stage_recorder::StageRecorder;
@@ -29,6 +30,8 @@ pub(crate) struct Workshop<'a, 'd> {
 pub(crate) struct FrameContext<'a> {
     pub(crate) crowd: &'a CrowdBuffers,
     pub(crate) selection: &'a Selection,
+    /// Where hidden instances are left out.
+    pub(crate) occlusion: Option<&'a Occlusion>,
     pub(crate) config: &'a FrameConfig,
     pub(crate) options: DrawOptions,
     /// Character of each instance.
@@ -41,6 +44,9 @@ pub(crate) struct FrameContext<'a> {
 pub(crate) trait Painter: Send + Sync {
     /// Records the compute stages. The last of them writes the frame's totals, unless [`Self::known_totals`] has them.
     fn record_stages(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>);
+
+    /// Records the stages after the levels once more, for instances that were chosen after the first draw.
+    fn record_again(&self, _recorder: &mut StageRecorder<'_>, _context: &FrameContext<'_>) {}
 
     /// Draws the crowd into a pass that has the backdrop in it.
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>);

@@ -56,6 +56,7 @@ impl Floor {
         let smaller = "lower the vertex budget";
         let totals = FrameTotals {
             visible_count: drawn.len() as u32,
+            outside_count: (instances.len() - drawn.len()) as u32,
             vertex_count: end.vertex_base,
             triangle_count: indices.len() as u32 / 3,
             needed_vertices: end.vertex_base,

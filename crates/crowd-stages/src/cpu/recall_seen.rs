@@ -1,0 +1,35 @@
+//! Who was hidden waits, and a little of the budget is kept for those who come into sight.
+
+use crate::dispatch::RESERVE_PART;
+use crate::{CrowdData, CullRecord, FrameConfig, InstanceRecord, SightTally, sight};
+
+/// Takes those whom the last frame's depth hid out of the visible ones, and gives the budget of the first phase.
+///
+/// `seen`: the number of instances it is valid for, then a word of [`sight`] for each, as `test_occlusion` left it; of another
+/// number it says nothing, and everyone counts as seen. `culled`: one per instance; who waits is no longer visible but keeps
+/// its weight, which who is outside has not. Returns the tally and the frame's config with the budget lowered by what the
+/// waiting need at their coarsest, at most a `RESERVE_PART`th: so newcomers find room and the frame keeps its budget.
+///
+/// Paper: two-phase occlusion culling after Haar & Aaltonen 2015 ("GPU-driven rendering pipelines"); the budget's part is ours.
+/// Twin: `shaders/stages/recall_seen.wgsl`. Equal.
+pub fn recall_seen(
+    data: &CrowdData,
+    instances: &[InstanceRecord],
+    seen: &[u32],
+    culled: &mut [CullRecord],
+    config: &FrameConfig,
+) -> (SightTally, FrameConfig) {
+    let mut tally = SightTally::default();
+    if seen[0] == instances.len() as u32 {
+        for ((instance, cull), word) in instances.iter().zip(culled).zip(&seen[1..]) {
+            if cull.visible != 0 && word & sight::HIDDEN != 0 {
+                cull.visible = 0;
+                let least = data.characters[instance.character as usize].min_vertex_count;
+                tally.hidden_min_count = tally.hidden_min_count.saturating_add(least);
+                tally.hidden_count += 1;
+            }
+        }
+    }
+    let kept = tally.hidden_min_count.min(config.budget / RESERVE_PART);
+    (tally, FrameConfig { budget: config.budget - kept, ..*config })
+}

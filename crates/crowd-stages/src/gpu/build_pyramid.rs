@@ -1,0 +1,136 @@
+//! Dispatches of the depth pyramid: the finest level from the depth texture, then one dispatch a level.
+
+use super::kernel::{Use, blocks, buffer_entry, stage_source};
+use crate::{PyramidConfig, PyramidStep};
+use wgpu::util::DeviceExt;
+
+/// Shader: `shaders/stages/build_pyramid.wgsl`. Twin: [`crate::cpu::build_pyramid`].
+pub struct BuildPyramid {
+    /// From one sample a pixel, and from several.
+    read: [(wgpu::ComputePipeline, wgpu::BindGroupLayout); 2],
+    halve: (wgpu::ComputePipeline, wgpu::BindGroupLayout),
+}
+
+/// The buffers and the depth of one size, bound.
+pub struct BoundPyramid {
+    config: PyramidConfig,
+    read: wgpu::BindGroup,
+    /// Of each level but the finest.
+    halve: Vec<wgpu::BindGroup>,
+}
+
+impl BuildPyramid {
+    /// The stage's WGSL as it is compiled.
+    pub fn source() -> String {
+        stage_source(&[], include_str!("../../../../shaders/stages/build_pyramid.wgsl"))
+    }
+
+    /// Compiles the stage.
+    pub fn new(device: &wgpu::Device) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("build_pyramid"),
+            source: wgpu::ShaderSource::Wgsl(Self::source().into()),
+        });
+        let compute = wgpu::ShaderStages::COMPUTE;
+        let buffer = |binding, kind| buffer_entry(binding, compute, kind, None);
+        let depth = |binding, multisampled| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: compute,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Depth,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled,
+            },
+            count: None,
+        };
+        let entry_point = |name: &'static str, entries: &[wgpu::BindGroupLayoutEntry]| {
+            let layout =
+                device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries });
+            let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(name),
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some(name),
+                compilation_options: Default::default(),
+                cache: None,
+            });
+            (pipeline, layout)
+        };
+        let config = buffer(0, Use::Uniform);
+        let farthest = buffer(2, Use::Write);
+        Self {
+            read: [
+                entry_point("read_depth", &[config, farthest, depth(3, false)]),
+                entry_point("read_samples", &[config, farthest, depth(4, true)]),
+            ],
+            halve: entry_point("halve", &[config, buffer(1, Use::Uniform), farthest]),
+        }
+    }
+
+    /// Binds a pyramid: its shape as a value and in its buffer, room for its numbers, and a view of the depth texture of that
+    /// size and number of samples.
+    pub fn bind(
+        &self,
+        device: &wgpu::Device,
+        config: PyramidConfig,
+        pyramid: &wgpu::Buffer,
+        farthest: &wgpu::Buffer,
+        depth: &wgpu::TextureView,
+    ) -> BoundPyramid {
+        let several = usize::from(config.sample_count > 1);
+        let read = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("read_depth"),
+            layout: &self.read[several].1,
+            entries: &[
+                entry(0, pyramid.as_entire_binding()),
+                entry(2, farthest.as_entire_binding()),
+                entry(3 + several as u32, wgpu::BindingResource::TextureView(depth)),
+            ],
+        });
+        let halve = |level: u32| {
+            let step = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("pyramid step"),
+                contents: bytemuck::bytes_of(&PyramidStep { level, ..Default::default() }),
+                usage: wgpu::BufferUsages::UNIFORM,
+            });
+            device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("halve"),
+                layout: &self.halve.1,
+                entries: &[
+                    entry(0, pyramid.as_entire_binding()),
+                    entry(1, step.as_entire_binding()),
+                    entry(2, farthest.as_entire_binding()),
+                ],
+            })
+        };
+        BoundPyramid { config, read, halve: (1..config.level_count).map(halve).collect() }
+    }
+
+    /// Records the dispatches, one a level.
+    pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bound: &BoundPyramid) {
+        let mut dispatch = |pipeline: &wgpu::ComputePipeline, group: &wgpu::BindGroup, level: usize| {
+            let level = &bound.config.levels[level];
+            let groups = blocks(level.width * level.height);
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, group, &[]);
+            pass.dispatch_workgroups(
+                groups.min(crate::dispatch::FOLD_COLUMNS),
+                groups.div_ceil(crate::dispatch::FOLD_COLUMNS),
+                1,
+            );
+        };
+        dispatch(&self.read[usize::from(bound.config.sample_count > 1)].0, &bound.read, 0);
+        for (before, group) in bound.halve.iter().enumerate() {
+            dispatch(&self.halve.0, group, before + 1);
+        }
+    }
+}
+
+fn entry(binding: u32, resource: wgpu::BindingResource<'_>) -> wgpu::BindGroupEntry<'_> {
+    wgpu::BindGroupEntry { binding, resource }
+}

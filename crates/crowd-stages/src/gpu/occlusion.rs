@@ -1,0 +1,179 @@
+//! Two-phase occlusion culling: who was not hidden in the last frame is drawn first; its depth becomes a pyramid, and of the
+//! others who is not hidden by that is drawn after. So nothing visible is missed, whatever moved since.
+
+use super::selection::Selection;
+use super::stage_recorder::StageRecorder;
+use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
+use super::{BoundPyramid, BuildPyramid, FillBudget, JoinPhases, RecallSeen, SumWeights, TestOcclusion};
+use crate::dispatch::BLOCK_SIZE;
+use crate::{DrawOptions, FillState, FrameConfig, FrameTotals, PyramidConfig, Result, SightTally, Weight, WeightSums};
+use wgpu::BufferUsages as Usage;
+
+/// The stages of both phases around the technique's own, and what is remembered from frame to frame.
+pub(crate) struct Occlusion {
+    /// The number of instances it is valid for, then a word for each.
+    seen: wgpu::Buffer,
+    tally: wgpu::Buffer,
+    recall: (RecallSeen, wgpu::BindGroup),
+    /// The shared selection with what is left of the budget.
+    first: Selection,
+    build: BuildPyramid,
+    test: TestOcclusion,
+    sum: (SumWeights, wgpu::BindGroup),
+    join: (JoinPhases, wgpu::BindGroup),
+    fill: FillBudget,
+    fill_quantized: wgpu::BindGroup,
+    fill_by_error: wgpu::BindGroup,
+    pyramid: Option<Pyramid>,
+}
+
+/// What depends on the picture's size.
+struct Pyramid {
+    depth: wgpu::TextureView,
+    build: BoundPyramid,
+    test: wgpu::BindGroup,
+    farthest: wgpu::Buffer,
+}
+
+impl Occlusion {
+    pub(crate) fn new(up: &mut Uploader<'_>, c: &CrowdBuffers, f: &FrameBuffers, max_instances: u32) -> Result<Self> {
+        let fewer = "draw fewer instances";
+        let written = Usage::STORAGE | Usage::COPY_SRC;
+        let device = up.device;
+        let seen = up.empty::<u32>("who was seen", u64::from(max_instances) + 1, written, fewer)?;
+        let tally = up.empty::<SightTally>("sight tally", 1, written, fewer)?;
+        let blocks = max_instances.div_ceil(BLOCK_SIZE).into();
+        let tallies = up.empty::<SightTally>("sight tallies of blocks", blocks, written, fewer)?;
+        let first_config = up.empty::<FrameConfig>("first frame config", 1, written | Usage::UNIFORM, fewer)?;
+        let second_sums = up.empty::<WeightSums>("second sums", 1, written, fewer)?;
+        let second_fill = up.empty::<FillState>("second fill state", 1, written, fewer)?;
+        let first_totals = up.empty::<FrameTotals>("first totals", 1, written, fewer)?;
+
+        let recall = RecallSeen::new(device);
+        let recall_bound = recall.bind(
+            device,
+            &f.config,
+            &f.instances,
+            &c.characters,
+            &seen,
+            &f.culled,
+            &tallies,
+            &tally,
+            &first_config,
+        );
+        let sum = SumWeights::new(device);
+        let sum_bound =
+            sum.bind(device, &f.config, &f.instances, &c.characters, &f.culled, &f.block_sums, &second_sums);
+        let join = JoinPhases::new(device);
+        let join_bound = join.bind(
+            device,
+            &f.config,
+            &f.sums,
+            &second_sums,
+            &f.fill,
+            &tally,
+            &second_fill,
+            &first_totals,
+            &f.totals,
+        );
+        let fill = FillBudget::new(device);
+        let fill_to = |lods| {
+            let (config, counts) = (&f.config, &f.block_counts);
+            let (fill_state, sums) = (&second_fill, &second_sums);
+            let characters = &c.characters;
+            fill.bind(device, config, &f.instances, characters, lods, &f.culled, counts, fill_state, sums, &f.choices)
+        };
+        let (fill_quantized, fill_by_error) = (fill_to(&c.quantized_lods), fill_to(&c.error_lods));
+        let first = Selection::new(device, c, &FrameBuffers { config: first_config, ..f.clone() });
+        Ok(Self {
+            seen,
+            tally,
+            recall: (recall, recall_bound),
+            first,
+            build: BuildPyramid::new(device),
+            test: TestOcclusion::new(device),
+            sum: (sum, sum_bound),
+            join: (join, join_bound),
+            fill,
+            fill_quantized,
+            fill_by_error,
+            pyramid: None,
+        })
+    }
+
+    /// Makes the pyramid of a depth texture, unless it is there.
+    pub(crate) fn fit(
+        &mut self,
+        up: &mut Uploader<'_>,
+        c: &CrowdBuffers,
+        f: &FrameBuffers,
+        depth: &wgpu::TextureView,
+        (width, height): (u32, u32),
+        sample_count: u32,
+    ) -> Result<()> {
+        if self.pyramid.as_ref().is_some_and(|pyramid| pyramid.depth == *depth) {
+            return Ok(());
+        }
+        self.pyramid = None;
+        let smaller = "draw a smaller picture";
+        let config = PyramidConfig::new(width, height, sample_count);
+        let uniform = up.filled("pyramid config", &[config], Usage::UNIFORM, smaller)?;
+        let written = Usage::STORAGE | Usage::COPY_SRC;
+        let farthest = up.empty::<f32>("bytes of the depth pyramid", config.number_count().into(), written, smaller)?;
+        let build = self.build.bind(up.device, config, &uniform, &farthest, depth);
+        let test = self.test.bind(
+            up.device,
+            &f.config,
+            &uniform,
+            &f.instances,
+            &c.characters,
+            &c.clips,
+            &farthest,
+            &f.culled,
+            &self.seen,
+        );
+        self.pyramid = Some(Pyramid { depth: depth.clone(), build, test, farthest });
+        Ok(())
+    }
+
+    /// Levels of all in the frustum but those who were hidden.
+    pub(crate) fn record_first(
+        &self,
+        recorder: &mut StageRecorder<'_>,
+        culling: &Selection,
+        config: &FrameConfig,
+        options: &DrawOptions,
+    ) {
+        let count = config.instance_count;
+        culling.record_culling(recorder, count);
+        recorder.stage("recall_seen", |pass| self.recall.0.record(pass, &self.recall.1, count));
+        self.first.record_levels(recorder, config, options);
+    }
+
+    /// After the first phase is drawn: levels of those who come into sight.
+    pub(crate) fn record_second(&self, recorder: &mut StageRecorder<'_>, config: &FrameConfig) {
+        let count = config.instance_count;
+        let pyramid = self.pyramid.as_ref().expect("fit comes first");
+        recorder.stage("build_pyramid", |pass| self.build.record(pass, &pyramid.build));
+        recorder.stage("test_occlusion", |pass| self.test.record(pass, &pyramid.test, count));
+        recorder.stage("sum_weights", |pass| self.sum.0.record(pass, &self.sum.1, count));
+        recorder.stage("join_phases", |pass| self.join.0.record_begin(pass, &self.join.1));
+        let by_error = config.weight == Weight::Error as u32;
+        let bound = if by_error { &self.fill_by_error } else { &self.fill_quantized };
+        recorder.stage("fill_budget", |pass| self.fill.record_steps(pass, bound, count));
+    }
+
+    /// What both phases came to.
+    pub(crate) fn record_join(&self, recorder: &mut StageRecorder<'_>) {
+        recorder.stage("join_phases", |pass| self.join.0.record_join(pass, &self.join.1));
+    }
+
+    pub(crate) fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
+        match name {
+            "seen" => Some(&self.seen),
+            "tally" => Some(&self.tally),
+            "farthest" => Some(&self.pyramid.as_ref()?.farthest),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,70 @@
+// The farthest depth of ever larger blocks of pixels. Level k has blocks of 2^(k + 1) pixels a side, cut off at the picture's
+// rim, so odd sizes lose nothing. Twin: crowd-stages/src/cpu/build_pyramid.rs.
+
+@group(0) @binding(0) var<uniform> pyramid: PyramidConfig;
+@group(0) @binding(1) var<uniform> step: PyramidStep;
+@group(0) @binding(2) var<storage, read_write> farthest: array<f32>;
+@group(0) @binding(3) var depth: texture_depth_2d;
+@group(0) @binding(4) var depth_samples: texture_depth_multisampled_2d;
+
+fn depth_of(x: u32, y: u32) -> f32 {
+    return textureLoad(depth, vec2u(x, y), 0);
+}
+
+fn depth_of_samples(x: u32, y: u32) -> f32 {
+    var most = 0.0;
+    for (var s = 0u; s < pyramid.sample_count; s++) {
+        most = max(most, textureLoad(depth_samples, vec2u(x, y), s));
+    }
+    return most;
+}
+
+// The finest level, from a depth of one sample a pixel.
+@compute @workgroup_size(BLOCK_SIZE)
+fn read_depth(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = group_number(workgroup) * BLOCK_SIZE + lane;
+    let level = pyramid.levels[0];
+    if i >= level.width * level.height {
+        return;
+    }
+    let x = 2u * (i % level.width);
+    let y = 2u * (i / level.width);
+    let right = min(x + 1u, pyramid.width_px - 1u);
+    let below = min(y + 1u, pyramid.height_px - 1u);
+    let upper = max(depth_of(x, y), depth_of(right, y));
+    farthest[i] = max(upper, max(depth_of(x, below), depth_of(right, below)));
+}
+
+// The same from several samples a pixel: the farthest of all.
+@compute @workgroup_size(BLOCK_SIZE)
+fn read_samples(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = group_number(workgroup) * BLOCK_SIZE + lane;
+    let level = pyramid.levels[0];
+    if i >= level.width * level.height {
+        return;
+    }
+    let x = 2u * (i % level.width);
+    let y = 2u * (i / level.width);
+    let right = min(x + 1u, pyramid.width_px - 1u);
+    let below = min(y + 1u, pyramid.height_px - 1u);
+    let upper = max(depth_of_samples(x, y), depth_of_samples(right, y));
+    farthest[i] = max(upper, max(depth_of_samples(x, below), depth_of_samples(right, below)));
+}
+
+// A coarser level from the one before.
+@compute @workgroup_size(BLOCK_SIZE)
+fn halve(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = group_number(workgroup) * BLOCK_SIZE + lane;
+    let level = pyramid.levels[step.level];
+    let finer = pyramid.levels[step.level - 1u];
+    if i >= level.width * level.height {
+        return;
+    }
+    let x = 2u * (i % level.width);
+    let y = 2u * (i / level.width);
+    let right = min(x + 1u, finer.width - 1u);
+    let upper = finer.offset + y * finer.width;
+    let lower = finer.offset + min(y + 1u, finer.height - 1u) * finer.width;
+    let most = max(farthest[upper + x], farthest[upper + right]);
+    farthest[level.offset + i] = max(most, max(farthest[lower + x], farthest[lower + right]));
+}

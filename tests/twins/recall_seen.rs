@@ -1,0 +1,79 @@
+//! `recall_seen` on the GPU against its twin: equal.
+
+use crate::cases::{Case, case, cases, first_difference};
+use crowd_stages::{CullRecord, FrameConfig, SightTally, cpu, gpu::RecallSeen, sight};
+use crowd_tests::{gpu, synthetic::hash};
+
+type Recalled = (Vec<CullRecord>, SightTally, FrameConfig);
+
+/// Some seen, some hidden, some drawn, some of whom nothing is known; valid for `count`.
+fn memory(case: &Case, count: u32) -> Vec<u32> {
+    let words = [0, sight::SEEN | sight::DRAWN, sight::HIDDEN, sight::HIDDEN | sight::DRAWN];
+    std::iter::once(count).chain((0..case.count()).map(|i| words[hash(i) as usize % 4])).collect()
+}
+
+fn on_gpu(case: &Case, seen: &[u32], culled: &[CullRecord]) -> Recalled {
+    let stage = RecallSeen::new(&gpu::device().0);
+    let (culled, tally) = (gpu::storage(culled), gpu::output::<SightTally>(1));
+    let first = gpu::output::<FrameConfig>(1);
+    let bound = stage.bind(
+        &gpu::device().0,
+        &gpu::uniform(&case.config),
+        &gpu::storage(&case.instances),
+        &gpu::storage(&case.data.characters),
+        &gpu::storage(seen),
+        &culled,
+        &gpu::output::<SightTally>(case.instances.len().div_ceil(256)),
+        &tally,
+        &first,
+    );
+    gpu::run(|pass| stage.record(pass, &bound, case.count()));
+    (gpu::read(&culled, case.instances.len()), gpu::read(&tally, 1)[0], gpu::read(&first, 1)[0])
+}
+
+fn on_cpu(case: &Case, seen: &[u32], culled: &[CullRecord]) -> Recalled {
+    let mut culled = culled.to_vec();
+    let (tally, first) = cpu::recall_seen(case.data, &case.instances, seen, &mut culled, &case.config);
+    (culled, tally, first)
+}
+
+fn difference(gpu: &Recalled, cpu: &Recalled) -> Option<String> {
+    first_difference(&gpu.0, &cpu.0)
+        .or_else(|| first_difference(&[gpu.1], &[cpu.1]))
+        .or_else(|| first_difference(&[gpu.2], &[cpu.2]))
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn the_recall_agrees_for_all_sizes() {
+    for case in cases() {
+        let culled = cpu::cull_instances(case.data, &case.instances, &case.config);
+        let seen = memory(&case, case.count());
+        let expected = on_cpu(&case, &seen, &culled);
+        assert_eq!(difference(&on_gpu(&case, &seen, &culled), &expected), None, "{} instances", case.count());
+    }
+}
+
+#[test]
+fn a_memory_of_another_number_of_instances_says_nothing() {
+    let case = case(1000, 30, crowd_stages::Weight::Area);
+    let culled = cpu::cull_instances(case.data, &case.instances, &case.config);
+    let (after, tally, first) = on_cpu(&case, &memory(&case, 999), &culled);
+    assert_eq!((after, tally, first), (culled, SightTally::default(), case.config));
+}
+
+#[test]
+fn who_waits_keeps_the_weight_and_a_small_reserve_is_made() {
+    let case = case(1000, 30, crowd_stages::Weight::Area);
+    let culled = cpu::cull_instances(case.data, &case.instances, &case.config);
+    let (after, tally, first) = on_cpu(&case, &memory(&case, 1000), &culled);
+    let waiting = after.iter().zip(&culled).filter(|(a, b)| a.visible != b.visible).count() as u32;
+    assert!(waiting > 100 && tally.hidden_count == waiting);
+    assert!(after.iter().zip(&culled).all(|(a, b)| a.weight == b.weight));
+    assert_eq!(first.budget, case.config.budget - case.config.budget / 128);
+    // A changed word is a changed outcome: the comparison can fail.
+    let mut seen = memory(&case, 1000);
+    let i = culled.iter().position(|cull| cull.visible == 1).expect("some are in the frustum");
+    seen[1 + i] ^= sight::HIDDEN;
+    assert!(difference(&on_cpu(&case, &seen, &culled), &(after, tally, first)).is_some());
+}
