@@ -42,6 +42,15 @@ orbit 8        0 1 0         14.035669 4.085616       0 180            45
 walkthrough 20       -12 -8   12 8      1.7         50
 ";
 
+/// A street of 24 m by 120 m with walls along its middle and across it.
+const STREET: &str = "\
+POLYGON ((-12 -60, 12 -60, 12 60, -12 60, -12 -60),
+ (-0.3 -50, -0.3 -6, 0.3 -6, 0.3 -50, -0.3 -50),
+ (-0.3 6, -0.3 50, 0.3 50, 0.3 6, -0.3 6),
+ (-12 20, -12 20.4, -2 20.4, -2 20, -12 20),
+ (2 -12.4, 2 -12, 12 -12, 12 -12.4, 2 -12.4))
+";
+
 /// The files of `scenes/`.
 pub fn scenes() -> Vec<Fixture> {
     let file = |name: &str, bytes: Vec<u8>| Fixture { path: format!("scenes/{name}"), bytes };
@@ -53,6 +62,7 @@ pub fn scenes() -> Vec<Fixture> {
         file("layout.txt", LAYOUT.into()),
         file("waypoints.txt", WAYPOINTS.into()),
         file("camera.txt", CAMERA.into()),
+        file("street.wkt", STREET.into()),
     ]
 }
 
