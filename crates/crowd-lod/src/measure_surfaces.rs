@@ -1,13 +1,17 @@
 //! Measures levels against full detail over frames: mean, maximum with its frame, a bound, texture drift, normals.
 //!
 //! Full detail is posed once a frame for all levels. The maximum is searched with a bound from below: a point whose last
-//! closest triangle is nearer than the maximum so far needs no search. What it takes is two slices of vertices, so that
+//! closest triangle is nearer than the maximum so far needs no search. Around the farthest points it looks between them
+//! (`peaks`). What it takes is two slices of vertices, so that
 //! whoever has a pack can measure it again.
+
+mod peaks;
 
 use crate::closest::{ClosestTriangles, corners_of, distances_squared};
 use crate::measure::{Sample, place_of, spread_samples};
 use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::{LodPoses, Mat3x4};
+use peaks::Peaks;
 use rayon::prelude::*;
 
 /// Further points on the level that the maximum looks at, spread by area, beside every triangle's middle.
@@ -265,8 +269,9 @@ impl Points {
         (sum, largest)
     }
 
-    /// The largest squared distance of the points, or `largest` where none is farther.
+    /// The largest squared distance of the points and between the farthest of them, or `largest` where none is farther.
     fn raise(&mut self, mut largest: f32, positions: &[[f32; 3]], triangles: &[[u32; 3]], to: &Target<'_>) -> f32 {
+        let mut peaks = Peaks::default();
         for (samples, closest) in self.samples.chunks(AT_ONCE).zip(self.closest.chunks_mut(AT_ONCE)) {
             let (mut points, mut likely) = ([[0.0; 3]; AT_ONCE], [[[0.0; 3]; 3]; AT_ONCE]);
             for i in 0..AT_ONCE {
@@ -277,17 +282,19 @@ impl Points {
             }
             let near = distances_squared(&points, &likely);
             for (i, closest) in closest.iter_mut().enumerate() {
-                if near[i] <= largest {
+                let enough = Peaks::least(largest);
+                if near[i] <= enough {
                     continue;
                 }
-                let found = to.tree.close_enough(points[i], to.positions, to.triangles, *closest, largest);
+                let found = to.tree.close_enough(points[i], to.positions, to.triangles, *closest, enough);
                 if let Some((found, squared)) = found {
                     *closest = found;
                     largest = largest.max(squared);
+                    peaks.note(samples[i].triangle, squared, largest);
                 }
             }
         }
-        largest
+        peaks.climb(largest, positions, triangles, to)
     }
 }
 
