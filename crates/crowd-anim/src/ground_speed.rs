@@ -146,8 +146,7 @@ mod tests {
             }
             palettes.push(moved([0.0, 0.0, carried]));
         }
-        let root_motion =
-            RootMotion { node: Some(0), displacement_m: [0.0, 0.0, carried_m_s * DURATION_S], speed_m_s: carried_m_s };
+        let root_motion = RootMotion { node: Some(0), displacement_m: [0.0, 0.0, carried_m_s * DURATION_S] };
         let clip = SampledClip {
             name: "walk".to_owned(),
             duration_s: DURATION_S,

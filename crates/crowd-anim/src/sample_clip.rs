@@ -48,7 +48,7 @@ pub fn sample_clip(skeleton: &Skeleton, joints: &[Joint], clip: &ClipView<'_>, f
     let what = || format!("clip `{}`: matrices", clip.name.escape_debug());
     expect(finite, what, || "numbers too large".to_owned(), || "finite numbers".to_owned())?;
 
-    let root_motion = measure_root_motion(skeleton, clip, &ends, duration_s);
+    let root_motion = measure_root_motion(skeleton, clip, &ends);
     let loop_gap_m = measure_loop_gap(joints, &ends, root_motion);
     let name = clip.name.to_owned();
     Ok(SampledClip { name, duration_s, frame_count, palettes, worlds, root_motion, loop_gap_m })
@@ -75,21 +75,14 @@ fn count_frames(clip: &ClipView<'_>, duration_s: f32, fps: f32, joint_count: usi
 }
 
 /// The first node, from the root down, with a translation track, and where it goes.
-fn measure_root_motion(
-    skeleton: &Skeleton,
-    clip: &ClipView<'_>,
-    ends: &[Vec<DMat4>; 2],
-    duration_s: f32,
-) -> RootMotion {
+fn measure_root_motion(skeleton: &Skeleton, clip: &ClipView<'_>, ends: &[Vec<DMat4>; 2]) -> RootMotion {
     let moved = clip.tracks.iter().filter(|track| track.property == Property::Translation);
     let Some(node) = moved.map(|track| track.node).min_by_key(|&node| (depth(skeleton, node), node)) else {
         return RootMotion::default();
     };
     let [first, last] = ends.each_ref().map(|nodes| origin(&nodes[node as usize]));
     let travel = last - first;
-    let horizontal_m = (travel.x * travel.x + travel.z * travel.z).sqrt();
-    let speed_m_s = if duration_s > 0.0 { (horizontal_m / f64::from(duration_s)) as f32 } else { 0.0 };
-    RootMotion { node: Some(node), displacement_m: travel.as_vec3().to_array(), speed_m_s }
+    RootMotion { node: Some(node), displacement_m: travel.as_vec3().to_array() }
 }
 
 /// Nodes above this one.

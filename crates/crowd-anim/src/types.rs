@@ -125,8 +125,6 @@ pub struct RootMotion {
     pub node: Option<u32>,
     /// Its displacement from the first to the last frame, metres, in character space.
     pub displacement_m: [f32; 3],
-    /// Mean horizontal speed, metres a second.
-    pub speed_m_s: f32,
 }
 
 /// Sphere and axis-aligned box.

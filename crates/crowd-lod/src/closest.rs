@@ -270,11 +270,8 @@ pub(crate) fn corners_of([a, b, c]: [u32; 3], positions: &[[f32; 3]]) -> [[f32; 
 mod tests {
     use super::*;
     use crate::quadrics::dot;
+    use crate::test_meshes::{loose_triangles, place};
     use proptest::prelude::*;
-
-    fn place() -> impl Strategy<Value = [f32; 3]> {
-        [-4.0_f32..4.0, -4.0_f32..4.0, -4.0_f32..4.0]
-    }
 
     proptest! {
         #[test]
@@ -283,7 +280,7 @@ mod tests {
             moved in prop::collection::vec([place(), place(), place()], 80),
             point in place(),
         ) {
-            let triangles: Vec<[u32; 3]> = (0..built.len() as u32).map(|i| [i * 3, i * 3 + 1, i * 3 + 2]).collect();
+            let triangles = loose_triangles(built.len());
             let mut tree = ClosestTriangles::new(built.as_flattened(), &triangles);
             for positions in [built.as_flattened(), &moved.as_flattened()[..built.len() * 3]] {
                 tree.refit(positions, &triangles);

@@ -4,6 +4,7 @@ use crate::criteria::uv_turns_over;
 use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::split_seams::cos_between;
 use crate::{CollapseOrder, Criteria, LodMesh, LodOptions, LodPoses, Mat3x4, reform, simplify};
+use proptest::strategy::Strategy;
 use std::collections::{BTreeMap, BTreeSet};
 
 pub(crate) const REST: Mat3x4 = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
@@ -228,6 +229,16 @@ pub(crate) fn cube(n: usize) -> TestMesh {
         }
     }
     mesh
+}
+
+/// Any place near the origin.
+pub(crate) fn place() -> impl Strategy<Value = [f32; 3]> {
+    [-4.0_f32..4.0, -4.0_f32..4.0, -4.0_f32..4.0]
+}
+
+/// Triangles over three vertices each, none shared.
+pub(crate) fn loose_triangles(count: usize) -> Vec<[u32; 3]> {
+    (0..count as u32).map(|i| [i * 3, i * 3 + 1, i * 3 + 2]).collect()
 }
 
 pub(crate) fn quick() -> LodOptions {

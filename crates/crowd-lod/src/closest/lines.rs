@@ -90,11 +90,8 @@ pub(crate) fn line_crosses_triangle(origin: [f32; 3], direction: [f32; 3], [a, b
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_meshes::{loose_triangles, place};
     use proptest::prelude::*;
-
-    fn place() -> impl Strategy<Value = [f32; 3]> {
-        [-4.0_f32..4.0, -4.0_f32..4.0, -4.0_f32..4.0]
-    }
 
     proptest! {
         #[test]
@@ -107,7 +104,7 @@ mod tests {
             let length = dot(aim, aim).sqrt();
             prop_assume!(length > 0.01);
             let direction = aim.map(|c| c / length);
-            let triangles: Vec<[u32; 3]> = (0..built.len() as u32).map(|i| [i * 3, i * 3 + 1, i * 3 + 2]).collect();
+            let triangles = loose_triangles(built.len());
             let mut tree = ClosestTriangles::new(built.as_flattened(), &triangles);
             tree.refit(built.as_flattened(), &triangles);
             let mut found = Vec::new();
