@@ -1,8 +1,8 @@
 //! Moves the vertices of a level so that it lies as close as it can to full detail over the frames.
 //!
 //! One module a step: `full_detail` (with `charts`) and the level's `shape`; `pairs` and `rims` find which points belong
-//! together; `pulls` says what is made least; `equations` and `solver` make it least, `fit_places` takes the step;
-//! `fit_normals` and `fit_uvs` (by `fit_attributes`) follow; `flips` turns edges between the rounds, `fit_colors` looks at the
+//! together; `pulls` says what is made least; `equations` and `solver` make it least, `fit_places` takes the step; `fit_weights` fits
+//! the skinning between the rounds; `fit_normals` and `fit_uvs` (by `fit_attributes`) follow; `flips` turns edges between the rounds, `fit_colors` looks at the
 //! textures last.
 
 mod charts;
@@ -12,6 +12,7 @@ mod fit_colors;
 mod fit_normals;
 mod fit_places;
 mod fit_uvs;
+mod fit_weights;
 mod flips;
 mod full_detail;
 mod pairs;
@@ -55,18 +56,19 @@ impl Default for RefitOptions {
     }
 }
 
-/// The level with its places, normals and texture coordinates moved to lie closest to full detail over the frames.
+/// The level with its places, skin weights, normals and texture coordinates moved to lie closest to full detail over the frames.
 ///
-/// `mesh` and `poses` are those that `order` was made from, `level` one of its levels. Vertices and skinning stay as they are, and so
+/// `mesh` and `poses` are those that `order` was made from, `level` one of its levels. Vertices stay as they are, and so
 /// do triangles, but that some pairs of one chart have their common edge turned to the other diagonal. Vertices that share a
-/// place still share it afterwards, to the bit; no triangle turns over in a frame that counts or in the texture, texture
+/// place still share it afterwards, to the bit, and where they share the skinning they share the new one (at most four joints,
+/// weights in steps of 1/65535); no triangle turns over in a frame that counts or in the texture, texture
 /// coordinates stay in their charts, and the mean squared distance, on points of its own and both ways, never grows. Same bits
 /// for any number of threads.
 ///
 /// Panics if an index lies outside its slice.
 ///
 /// After Landreneau & Schaefer 2009: least squares over example poses, found anew in rounds. Departs: closest points both
-/// ways instead of given counterparts; weights stay (see `docs/decisions/0015-refit.md`).
+/// ways instead of given counterparts (see `docs/decisions/0015-refit.md` and `0021-refit-weights.md`).
 /// Cost: some 10 to 100 thousand closest points a side and round.
 pub fn refit(
     mesh: &LodMesh<'_>,
@@ -84,6 +86,9 @@ pub fn refit(
     for stage in 0..STAGE_COUNT {
         if stage > 0 {
             (0..FLIP_PASSES).for_each(|_| fit.flip_edges());
+        }
+        if stage > 0 {
+            fit.fit_weights();
         }
         let rounds = options.rounds * (stage + 1) / STAGE_COUNT - options.rounds * stage / STAGE_COUNT;
         fit.move_places(rounds);
@@ -152,6 +157,21 @@ impl<'a> Fit<'a> {
             });
             let Some(better) = better else { break };
             (self.shape, pairs, rim_pairs) = better;
+        }
+    }
+
+    /// One pass over the weights, taken back where it does not make the objective less.
+    fn fit_weights(&mut self) {
+        let Self { full, probes, matrices, .. } = self;
+        let (pairs, before) = probes.pair(full, &self.shape, matrices, false);
+        let uvs = fit_uvs::fit_uvs(full, &self.shape, &pairs, &self.dress.materials, &self.level);
+        let corner_uvs: Vec<[[f32; 2]; 3]> = self.level.triangles.iter().map(|t| t.map(|v| uvs[v as usize])).collect();
+        let now = pulls::objective(full, &self.shape, &corner_uvs, matrices, &pairs);
+        let fitted = fit_weights::fit_weights(full, &self.shape, &corner_uvs, matrices, &pairs, &self.uprights);
+        let Some((shape, fitted)) = fitted else { return };
+        let (pairs, after) = probes.pair(full, &shape, &fitted, false);
+        if pulls::objective(full, &shape, &corner_uvs, &fitted, &pairs) < now && after <= before.max(self.most_error) {
+            (self.shape, self.matrices) = (shape, fitted);
         }
     }
 

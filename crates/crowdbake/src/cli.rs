@@ -210,7 +210,7 @@ pub struct LevelOptions {
     /// 1@720,1@240,1@80 gives a chain for a pixel's accuracy. H alone left out is 720.
     #[arg(long, value_delimiter = ',', value_parser = LodTarget::parse_pixels, value_name = "P@H,...")]
     pub px: Vec<LodTarget>,
-    /// Move the vertices of discrete levels to where they lie closest to full detail over the frames.
+    /// Move the vertices of discrete levels, and fit their skin weights, so that they lie closest to full detail over the frames.
     #[arg(long)]
     pub refit: bool,
 }
@@ -242,7 +242,8 @@ pub struct BakeArgs {
     /// How the pack stores a joint's matrix [default: 3x4].
     #[arg(long, value_enum, value_name = "LAYOUT", help_heading = "How to bake")]
     pub animation_layout: Option<LayoutWord>,
-    /// Refuse a character whose import warns, or whose levels do not reach a share asked for (exit code 5).
+    /// Refuse a character whose file had to be repaired (what the import warns of, triangles left out), or whose levels do not
+    /// reach a share asked for (exit code 5).
     #[arg(long, help_heading = "How to bake")]
     pub strict: bool,
     /// Threads, up to 256; 0 for one a core. The pack's bytes do not depend on it.

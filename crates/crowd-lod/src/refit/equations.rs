@@ -8,7 +8,7 @@ use super::shape::Shape;
 use crate::Mat3x4;
 
 /// Share of the pull that also holds along the surface, where the distance alone says nothing.
-const SLIDE_SHARE: f64 = 0.05;
+pub(crate) const SLIDE_SHARE: f64 = 0.05;
 /// Pull back to where a place is, relative to the mean pull on its neighbours.
 const DAMPING: f64 = 1.0e-3;
 
@@ -69,7 +69,7 @@ pub(crate) fn local_equations(
 }
 
 /// How much an offset counts, by direction.
-fn stiffness(contact: Contact, slide_share: f64) -> [[f64; 3]; 3] {
+pub(crate) fn stiffness(contact: Contact, slide_share: f64) -> [[f64; 3]; 3] {
     let along = |v: [f32; 3], on: f64, off: f64| {
         let v = v.map(f64::from);
         [0, 1, 2].map(|i| [0, 1, 2].map(|j| (on - off) * v[i] * v[j] + if i == j { off } else { 0.0 }))

@@ -1,4 +1,4 @@
-//! Moves the places of a level by least squares over its pairs: linear, as the skinning stays as it is.
+//! Moves the places of a level by least squares over its pairs: linear, as the skinning stays as it is meanwhile.
 
 use super::equations::{Local, add_damping, add_rim, local_equations, sort_by_triangle};
 use super::full_detail::FullDetail;
@@ -56,7 +56,7 @@ impl Uprights {
     }
 
     /// Triangles that have turned over in some frame.
-    fn turned(&self, shape: &Shape, matrices: &[Vec<Mat3x4>]) -> Vec<usize> {
+    pub fn turned(&self, shape: &Shape, matrices: &[Vec<Mat3x4>]) -> Vec<usize> {
         let by_frame: Vec<Vec<usize>> = self
             .normals
             .par_iter()

@@ -80,7 +80,8 @@ impl Shape {
     }
 }
 
-fn blend_skin(skin: &Skin, palette: &[Mat3x4]) -> Mat3x4 {
+/// The matrix of a skin.
+pub(crate) fn blend_skin(skin: &Skin, palette: &[Mat3x4]) -> Mat3x4 {
     let mut out = [[0.0; 4]; 3];
     for k in 0..4 {
         if skin.weights[k] != 0.0 {

@@ -95,6 +95,34 @@ fn bent_arm_comes_closer_in_poses_not_seen() {
     assert!(after.rms_m * 1.4 <= before.rms_m, "{before:?} {after:?}");
 }
 
+/// The arm with weights that change over half the elbow's length, places as they should be.
+#[test]
+fn wrong_weights_are_mended() {
+    let (mesh, poses) = arm(&[0.0, 0.5, 1.0, 1.5, 2.0]);
+    let (_, held_out) = arm(&[0.25, 0.75, 1.25, 1.75]);
+    let order = order_of(&mesh, &poses);
+    let mut wrong = level_mesh(&mesh.mesh(), &order, &level_at(&order, 300));
+    for weights in &mut wrong.weights {
+        let along = (weights[1] * 2.0 - 0.5).clamp(0.0, 1.0);
+        *weights = [1.0 - along, along, 0.0, 0.0];
+    }
+    let (view, poses) = (mesh.mesh(), poses.poses());
+    let full = FullDetail::new(&view, &poses, &order, 24);
+    let mut fit = Fit::new(&full, &order, wrong.clone());
+    fit.most_error = f64::INFINITY;
+    (0..3).for_each(|_| fit.fit_weights());
+    let mended = fit.finish();
+    check_level(&wrong, &mended);
+    assert_eq!(mended.positions, wrong.positions);
+    let [before, after] = [&wrong, &mended].map(|level| distance(&mesh, &order, level, &held_out));
+    assert!(after.rms_m * 2.0 <= before.rms_m, "{before:?} {after:?}");
+    let fitted = mended.weights.iter().zip(&wrong.weights).filter(|(after, before)| after != before);
+    for weight in fitted.flat_map(|(after, _)| after) {
+        let steps = weight * 65535.0;
+        assert!((steps - steps.round()).abs() < 0.01, "{weight} is not stored so");
+    }
+}
+
 /// Where input vertices were welded, the level's vertices still are.
 #[test]
 fn seams_stay_together_to_the_bit() {
