@@ -134,7 +134,11 @@ fn every_oddity_is_refused_or_counted() {
             }),
             Baked(&["weights-missing", "follow their first joint"]),
         ),
-        ("heavy_weight", with(|s| s.weights.iter_mut().for_each(|w| w[0] = 40.0)), Baked(&[])),
+        (
+            "heavy_weight",
+            with(|s| s.weights.iter_mut().for_each(|w| w[0] = 40.0)),
+            Baked(&["weights-normalized x", "the sum furthest off is 4"]),
+        ),
         ("negative_weight", with(|s| s.weights[4] = [1.0, -1.0, 0.0, 0.0]), Baked(&["weights-negative"])),
         ("index_twice", with(|s| s.indices.extend([3, 3, 4])), Baked(&["degenerate-triangles-dropped"])),
         (
@@ -199,6 +203,29 @@ fn every_oddity_is_refused_or_counted() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn strict_refuses_what_is_repaired_and_nothing_else() {
+    let cases: Vec<(&str, Skinned, &[&str])> = vec![
+        ("heavy_weight", with(|s| s.weights[3][0] = 40.0), &["load: 1 warning(s) with --strict", "weights-normalized"]),
+        (
+            "every_triangle_twice",
+            with(|s| s.indices.extend(s.indices.clone())),
+            &["simplify: 1 warning(s) with --strict", "duplicate-triangles-dropped"],
+        ),
+    ];
+    for (name, skinned, words) in cases {
+        let bench = Bench::new();
+        skinned.write(&bench, name);
+        let done = bench.run(&["bake", &format!("@{name}.gltf"), "-o", "@out.crowdpack", "--strict"]);
+        done.expect(1).says(words);
+        assert!(!bench.path("out.crowdpack").exists());
+    }
+    // A page on an edge is odd, but it stays as it is.
+    let bench = Bench::new();
+    with(|s| s.indices.extend([1, 2, 19])).write(&bench, "odd");
+    bench.run(&["bake", "@odd.gltf", "-o", "@out.crowdpack", "--strict"]).expect(0);
 }
 
 #[test]

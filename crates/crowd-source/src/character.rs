@@ -232,6 +232,7 @@ pub enum ImageEncoding {
 /// | `turned-surfaces` | closed off parts whose triangles face away from their normals |
 /// | `uvs-missing`, `uvs-repaired` | zeros in their place |
 /// | `weights-dropped`, `weights-missing`, `weights-negative` | four strongest kept; first joint taken; taken as zero |
+/// | `weights-normalized` | weights that did not sum to 1, to a hundredth, were scaled |
 /// | `wrap-mode-unknown` | taken as REPEAT |
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warning {

@@ -8,7 +8,7 @@ use crate::ordered_mesh::OrderedMesh;
 use crate::plan::{Plan, PlanEntry};
 use crate::pose::{Mat3x4, pose_positions};
 use crate::talk::Talk;
-use crate::unpack::triangle_target;
+use crate::unpack::{Unpacked, triangle_target};
 use crate::views::{self, QuantizedMesh};
 use crowd_anim::{Bounds, SampledClip};
 use crowd_lod::{CollapseOrder, Criteria, FrameReport, LodMesh, LodOptions, LodPoses};
@@ -152,7 +152,13 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     }
     warnings.extend(crate::surface_warnings::warn_of_surface(&order.seams));
     warnings.extend(crate::surface_warnings::warn_of_flat_triangles(&raw.mesh.positions, &raw.mesh.triangles));
-    warnings.extend(warn_of_high_floor(&order));
+    if strict {
+        let repairs: Vec<String> =
+            warnings.iter().filter(|w| w.code.ends_with("-dropped")).map(warning_sentence).collect();
+        if !repairs.is_empty() {
+            return Err(BakeError::of(Step::Simplify, name, Cause::Warned { warnings: repairs }));
+        }
+    }
     clock.lap(Step::Simplify);
 
     let clip_bounds: Vec<Bounds> = clips.par_iter().map(|clip| bound_clip(&mesh, &order, clip, &raw)).collect();
@@ -165,12 +171,9 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     clock.lap(Step::Bound);
 
     let levels = store_levels(&raw, &mesh, &order, &shown, &clips, height_m, &entry.levels);
-    if strict {
-        expect_reached(&levels, &order).map_err(|cause| BakeError::of(Step::Levels, name, cause))?;
-    }
     clock.lap(Step::Levels);
 
-    Ok(BakedCharacter {
+    let mut baked = BakedCharacter {
         name: name.to_owned(),
         source: entry.path.file_name().map(|file| file.to_string_lossy().into_owned()).unwrap_or_default(),
         criteria: entry.criteria,
@@ -187,7 +190,13 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         levels,
         warnings,
         steps: clock.steps,
-    })
+    };
+    if strict {
+        expect_reached(&baked).map_err(|cause| BakeError::of(Step::Levels, name, cause))?;
+    }
+    let high_floor = warn_of_high_floor(&baked);
+    baked.warnings.extend(high_floor);
+    Ok(baked)
 }
 
 /// A warning in one sentence, with its count where the message does not say it.
@@ -351,26 +360,38 @@ fn store_levels(
 }
 
 /// With `--strict`, a level that does not reach its target refuses the character.
-fn expect_reached(levels: &BakedLevels, order: &CollapseOrder) -> Result<(), Cause> {
-    let Some(missed) = levels.discrete.iter().find(|discrete| !discrete.reached) else { return Ok(()) };
+fn expect_reached(baked: &BakedCharacter) -> Result<(), Cause> {
+    let order = &baked.order;
+    let Some(missed) = baked.levels.discrete.iter().find(|discrete| !discrete.reached) else { return Ok(()) };
     let ManifestTarget::Ratio(share) = missed.target.0 else { return Ok(()) };
-    let b = order.blocked;
     Err(Cause::TargetMissed {
         what: "triangles",
         asked: triangle_target(order.triangles.len() as u32, f64::from(share)).into(),
         coarsest: order.levels.first().map_or(0, |level| level.triangle_count).into(),
-        blocked: blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended),
+        blocked: blocked_where(baked),
     })
 }
 
+/// What keeps the coarsest level from going further, and where, in words: as whoever opens the pack would say it.
+fn blocked_where(baked: &BakedCharacter) -> String {
+    match crate::assemble::assemble(std::slice::from_ref(baked), AnimationLayout::default()) {
+        Ok(contents) => Unpacked::new(&contents, 0).blocked(),
+        // The character is refused for that a little later; until then the counts must do.
+        Err(_) => {
+            let b = baked.order.blocked;
+            blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended)
+        }
+    }
+}
+
 /// Says so when the coarsest level is far from a crowd's far field, and why.
-fn warn_of_high_floor(order: &CollapseOrder) -> Option<Warning> {
+fn warn_of_high_floor(baked: &BakedCharacter) -> Option<Warning> {
+    let order = &baked.order;
     let (coarsest, full) = (order.levels.first()?.triangle_count, order.levels.last()?.triangle_count);
     let ended = order.blocked.ended > 0;
     if ended || f64::from(coarsest) <= f64::from(full) * FLOOR_SHARE || coarsest <= FLOOR_TRIANGLES {
         return None;
     }
-    let b = order.blocked;
     Some(Warning {
         code: "coarsest-level-high",
         place: "mesh".to_owned(),
@@ -378,7 +399,7 @@ fn warn_of_high_floor(order: &CollapseOrder) -> Option<Warning> {
         message: format!(
             "the coarsest level keeps {coarsest} of {full} triangles ({:.0} %); {}",
             100.0 * f64::from(coarsest) / f64::from(full),
-            blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended)
+            blocked_where(baked)
         ),
     })
 }
@@ -470,10 +491,9 @@ fn say_levels(talk: &Talk<'_>, baked: &BakedCharacter) {
             if discrete.reached { "reached" } else { "not reached" },
         ));
         if !discrete.reached {
-            let b = baked.order.blocked;
-            let held = blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended);
+            let held = blocked_where(baked);
             talk.warn(format_args!(
-                "{}: {} is not reached; {held}; `crowdbake explain` says where",
+                "{}: {} is not reached; {held}; `crowdbake explain` says what to change",
                 baked.name, discrete.name
             ));
         }

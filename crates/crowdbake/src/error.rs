@@ -158,7 +158,7 @@ pub enum Cause {
         /// What the user can do.
         remedy: &'static str,
     },
-    /// `--strict` and the import warns.
+    /// `--strict` and the file was repaired.
     #[error("{} warning(s) with --strict; the first: {}", .warnings.len(), .warnings.first().map_or("", |w| w.as_str()))]
     Warned {
         /// The warnings, as sentences.

@@ -222,10 +222,14 @@ impl<'a> Unpacked<'a> {
         self.largest_level(|lod| lod.triangle_count <= target)
     }
 
-    /// What keeps the coarsest level from going further.
+    /// What keeps the coarsest level from going further, and where that is.
     pub fn blocked(&self) -> String {
         let b = self.manifest.blocked;
-        blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended)
+        let counts = blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended);
+        match crate::explain::held_where(self) {
+            Some(places) if b.ended == 0 => format!("{counts}; {places}"),
+            _ => counts,
+        }
     }
 }
 

@@ -9,6 +9,9 @@ pub(super) struct Influence {
     pub(super) weights: [f32; 4],
 }
 
+/// Weights whose sum is further from 1 than this were not meant so. Less is what eight bits a weight round by.
+const SUM_SLACK: f64 = 0.01;
+
 /// Keeps each vertex's four strongest joints and makes their weights sum to 1.
 ///
 /// `sets[s]` are the numbers of JOINTS_s and WEIGHTS_s, four a vertex. A joint named twice counts once, with the sum. Ties
@@ -21,6 +24,7 @@ pub(super) fn keep_four_strongest(
 ) -> Vec<Influence> {
     let mut influences = Vec::with_capacity(vertices);
     let (mut dropping, mut largest, mut negative, mut unweighted) = (0u64, 0.0f32, 0u64, 0u64);
+    let (mut rescaled, mut furthest) = (0u64, 1.0f64);
     let mut found: Vec<(u32, f32)> = Vec::with_capacity(sets.len() * 4);
     for v in 0..vertices {
         found.clear();
@@ -43,6 +47,13 @@ pub(super) fn keep_four_strongest(
         }
         found.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let total: f32 = found.iter().map(|(_, w)| w).sum();
+        let sum: f64 = found.iter().map(|(_, w)| f64::from(*w)).sum();
+        if (sum - 1.0).abs() > SUM_SLACK {
+            rescaled += 1;
+            if (sum - 1.0).abs() > (furthest - 1.0).abs() {
+                furthest = sum;
+            }
+        }
         if found.len() > 4 {
             dropping += 1;
             largest = largest.max(found[4].1 / total);
@@ -67,5 +78,10 @@ pub(super) fn keep_four_strongest(
     warnings.add("weights-negative", place, negative, "negative weights were taken as zero");
     let message = "vertices whose weights are all zero now follow their first joint; assign them before export";
     warnings.add("weights-missing", place, unweighted, message);
+    let message = format!(
+        "vertices whose weights do not sum to 1 had them scaled until they do; the sum furthest off is {furthest:.3}. \
+         Normalise the weights before export"
+    );
+    warnings.add("weights-normalized", place, rescaled, message);
     influences
 }

@@ -177,6 +177,23 @@ fn weights_of_zero_and_below_are_repaired() {
 }
 
 #[test]
+fn weights_that_do_not_sum_to_one_are_scaled_and_counted() {
+    let mut weights = HALVES;
+    weights[0] = [0.75, 0.75, 0., 0.];
+    weights[1] = [0.2, 0.2, 0., 0.];
+    let character = skinned([DMat4::IDENTITY; 2], weights).load();
+    let scaled = warning(&character, "weights-normalized").expect("a warning");
+    assert_eq!(scaled.count, 2);
+    assert!(scaled.message.contains("0.400"), "{}", scaled.message);
+    assert!(character.mesh.weights.iter().all(|w| (w.iter().sum::<f32>() - 1.0).abs() < 1e-6));
+    // What eight bits a weight round by is no repair.
+    weights[0] = [0.502, 0.502, 0., 0.];
+    weights[1] = HALVES[1];
+    let character = skinned([DMat4::IDENTITY; 2], weights).load();
+    assert_eq!(warning(&character, "weights-normalized"), None);
+}
+
+#[test]
 fn a_joint_out_of_range_is_named() {
     let mut doc = skinned([DMat4::IDENTITY; 2], HALVES);
     let joints = doc.accessor(U8, "VEC4", 4, &[0u8, 91, 0, 0].repeat(4), false);

@@ -16,6 +16,9 @@ use std::collections::BTreeMap;
 /// Places named at each target.
 const MOST_FURTHEST: usize = 4;
 
+/// Places named where there is room for a sentence alone.
+const MOST_HELD: usize = 3;
+
 /// Everything about one character's coarsest level.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explanation {
@@ -211,6 +214,20 @@ fn find_places(character: &Unpacked<'_>, stuck: &[Stuck]) -> Vec<Place> {
     // Stable: places of one count stay in the order of materials and joints.
     places.sort_by_key(|place| std::cmp::Reverse(place.count));
     places
+}
+
+/// Where most of the positions are that cannot move, in part of a sentence: `most of them: 12 on Steel at joint hand.L (fold), ...`.
+/// `None` where nothing is held.
+pub fn held_where(character: &Unpacked<'_>) -> Option<String> {
+    let places = find_places(character, &stuck_positions(character));
+    let (named, others) = places.split_at(places.len().min(MOST_HELD));
+    let one = |place: &Place| {
+        let causes: Vec<&str> = place.causes.iter().map(|(cause, _)| cause.name()).collect();
+        format!("{} on {} at joint {} ({})", place.count, place.material, place.joint, causes.join(", "))
+    };
+    let words: Vec<String> = named.iter().map(one).collect();
+    let begin = if others.is_empty() { "they are" } else { "most of them" };
+    (!words.is_empty()).then(|| format!("{begin}: {}", words.join(", ")))
 }
 
 fn joint_name(character: &Unpacked<'_>, joint: u16) -> String {

@@ -4,10 +4,10 @@ use super::html::{Text, length, percent};
 use crate::inspect::grouped;
 use std::fmt::Write;
 
-const WIDTH: f64 = 760.0;
+pub(super) const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 330.0;
-const LEFT: f64 = 66.0;
-const RIGHT: f64 = 152.0;
+pub(super) const LEFT: f64 = 66.0;
+pub(super) const RIGHT: f64 = 152.0;
 const TOP: f64 = 34.0;
 const BOTTOM: f64 = 44.0;
 /// Heights on the screen for which the chart says where an error is one pixel.

@@ -2,7 +2,7 @@
 //!
 //! Everything is inside the file: pictures by `crowd-raster` as JPEG data addresses, curves as SVG, style and script. The
 //! same pack gives the same bytes. One module a thing on the page: `shown_levels` chooses, `draw_sheets` and `draw_layouts`
-//! draw, `chart`, `numbers`, `stuck` and `sections` write. (The JSON that `bake --report` writes is [`crate::report`].)
+//! draw, `chart`, `poked_chart`, `numbers`, `stuck` and `sections` write. (The JSON that `bake --report` writes is [`crate::report`].)
 //!
 //! Size: seven shipped characters stay under 10 MB by picture sizes and JPEG quality alone; on a page of more characters
 //! pictures shrink with their number.
@@ -13,6 +13,7 @@ mod draw_sheets;
 mod html;
 mod marks;
 mod numbers;
+mod poked_chart;
 mod sections;
 mod shown_levels;
 mod stuck;

@@ -5,7 +5,7 @@ use super::draw_layouts::Layout;
 use super::draw_sheets::{Drawn, Row, Sheet};
 use super::html::{Text, jpeg_address, length, percent};
 use super::shown_levels::{RATIOS, ShownLevel, WorstFrame};
-use super::{numbers, stuck};
+use super::{numbers, poked_chart, stuck};
 use crate::explain::Explanation;
 use crate::heat::{RAMP, red_distance_m};
 use crate::inspect::grouped;
@@ -52,6 +52,7 @@ pub(crate) fn write_portrait(out: &mut String, portrait: &Portrait<'_>, id: &str
         write_sheet(out, portrait, sheet, &format!("{id}-1"), "in its worst frame");
     }
     write_chart(out, portrait, id);
+    write_poked(out, portrait.character, id);
     numbers::write_numbers(out, portrait);
     stuck::write_stuck(out, portrait);
     write_layouts(out, portrait);
@@ -275,6 +276,21 @@ fn write_chart(out: &mut String, portrait: &Portrait<'_>, id: &str) {
             );
         }
         None => out.push_str("<p class=\"soft\">No level differs from full detail, or none was measured.</p>"),
+    }
+}
+
+/// Where no level has anything that pokes through, nobody asks.
+fn write_poked(out: &mut String, character: &Unpacked<'_>, id: &str) {
+    let measured = &character.manifest.measured;
+    let points: Vec<(u32, f32)> = measured.iter().map(|level| (level.triangle_count, level.poked_share)).collect();
+    let (name, full) = (&character.manifest.name, character.record.triangle_count);
+    if let Some(svg) = poked_chart::to_svg(name, full, &points, &format!("{id}-poked")) {
+        let _ = write!(
+            out,
+            "<h3>What pokes through</h3><p class=\"soft\">The share of the surface that full detail covers with a layer (hair, \
+             cloth, armour) and that lies outside of it here, mean over the measured frames.</p><div class=\"scroll\" \
+             tabindex=\"0\" role=\"region\" aria-label=\"Curve of what pokes through\">{svg}</div>"
+        );
     }
 }
 
