@@ -30,11 +30,11 @@ compare assets="../shared/assets":
 
 # Write docs/BENCHMARKS-CROWD.md again: the ways to draw a crowd, side by side, the same triangles without morphs (bake the cast first; two minutes on software Vulkan; exit code 4 while bars are missed)
 bench-crowd:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b1,b2,b3,b4,bucketed --counts 128,1024,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --markdown docs/BENCHMARKS-CROWD.md --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665' --assert 'vertex_runs:bucketed/b3 <= 0.4' --assert 'runs_per_triangle:bucketed <= 0.9' --assert 'bucketed/b3 <= 0.75' --assert 'bucketed/b4 <= 1.15'
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b1,b2,b3,b4,bucketed --counts 128,1024,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/BENCHMARKS-CROWD.md --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665' --assert 'vertex_runs:bucketed/b3 <= 0.4' --assert 'runs_per_triangle:bucketed <= 0.9' --assert 'bucketed/b3 <= 0.75' --assert 'bucketed/b4 <= 1.15'
 
 # The same as the player draws, with morphs
 bench-crowd-morphs:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b1,b2,b3,b4,bucketed --counts 128,1024,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --markdown docs/BENCHMARKS-CROWD-MORPHS.md --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665' --assert 'vertex_runs:bucketed/b3 <= 0.4' --assert 'runs_per_triangle:bucketed <= 0.9' --assert 'bucketed/b3 <= 0.75' --assert 'bucketed/b4 <= 1.15'
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b1,b2,b3,b4,bucketed --counts 128,1024,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --dots 0 --markdown docs/BENCHMARKS-CROWD-MORPHS.md --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665' --assert 'vertex_runs:bucketed/b3 <= 0.4' --assert 'runs_per_triangle:bucketed <= 0.9' --assert 'bucketed/b3 <= 0.75' --assert 'bucketed/b4 <= 1.15'
 
 # Time the simplifier
 bench:

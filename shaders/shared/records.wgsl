@@ -26,6 +26,9 @@ const SIGHT_HIDDEN: u32 = 2u;
 const SIGHT_DRAWN: u32 = 4u;
 // At most this part of the budget is kept for who comes into sight.
 const RESERVE_PART: u32 = 128u;
+// Levels of dots below a character's coarsest mesh, and vertices of a dot.
+const DOT_LEVELS: u32 = 5u;
+const DOT_VERTICES: u32 = 3u;
 
 const OVERFLOW_BUDGET: u32 = 1u;
 const OVERFLOW_VERTICES: u32 = 2u;
@@ -116,6 +119,10 @@ struct FrameConfig {
     weight: u32,
     morph: u32,
     lod_depths_m: vec2f,
+    dot_area_px2: f32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
 }
 
 struct CullRecord {
@@ -237,8 +244,8 @@ struct BucketSet {
 struct BucketCounts {
     bucket_count: u32,
     count_16: u32,
-    reserved_a: u32,
-    reserved_b: u32,
+    mesh_count: u32,
+    reserved: u32,
 }
 
 struct MorphRecord {
@@ -276,6 +283,8 @@ struct BucketRange {
 struct DrawCounts {
     count_16: u32,
     count_32: u32,
+    dot_count: u32,
+    reserved: u32,
 }
 
 struct SortPass {
@@ -303,6 +312,11 @@ fn group_number(workgroup: vec3u) -> u32 {
 fn saturating_add(a: u32, b: u32) -> u32 {
     let sum = a + b;
     return select(sum, 0xffffffffu, sum < a);
+}
+
+// Vertices that an instance has at least: of one dot where it may be dots, else of the coarsest mesh.
+fn least_count(min_vertex_count: u32, area_px2: f32, dot_area_px2: f32) -> u32 {
+    return select(min_vertex_count, min(min_vertex_count, DOT_VERTICES), area_px2 < dot_area_px2);
 }
 
 // Bucket of a character's quantised level, 0 the coarsest.

@@ -59,23 +59,24 @@ fn begin() {
 
 // The level of an instance in water that high.
 // Of the error metric, the height is one over pixels: its product with the pixels a metre takes is one over the metres allowed.
-fn level_in(number: u32, character: CharacterRecord, weight: f32, bits: u32) -> LodRecord {
-    let product = weight * bitcast<f32>(bits);
+fn level_in(number: u32, character: CharacterRecord, cull: CullRecord, bits: u32) -> LodRecord {
+    let product = cull.weight * bitcast<f32>(bits);
     if config.weight == WEIGHT_ERROR {
         let entry = (max(bitcast<u32>(product), ERROR_FIRST_BITS) - ERROR_FIRST_BITS) >> ERROR_SHIFT;
         return lods[number * ERROR_ENTRIES + min(entry, ERROR_ENTRIES - 1u)];
     }
-    let k = min(product, f32(character.vertex_count));
+    let least = least_count(character.min_vertex_count, cull.area_px2, config.dot_area_px2);
+    let k = max(min(product, f32(character.vertex_count)), f32(least));
     return lods[character.lod_offset + u32(k)];
 }
 
 // Vertices of an instance in water of four heights.
-fn counts_in(number: u32, character: CharacterRecord, weight: f32, bits: vec4u) -> vec4u {
+fn counts_in(number: u32, character: CharacterRecord, cull: CullRecord, bits: vec4u) -> vec4u {
     return vec4u(
-        level_in(number, character, weight, bits.x).vertex_count,
-        level_in(number, character, weight, bits.y).vertex_count,
-        level_in(number, character, weight, bits.z).vertex_count,
-        level_in(number, character, weight, bits.w).vertex_count,
+        level_in(number, character, cull, bits.x).vertex_count,
+        level_in(number, character, cull, bits.y).vertex_count,
+        level_in(number, character, cull, bits.z).vertex_count,
+        level_in(number, character, cull, bits.w).vertex_count,
     );
 }
 
@@ -118,11 +119,11 @@ fn sum_candidates(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         }
         let number = instances[i].character;
         let character = characters[number];
-        let weight = culled[i].weight;
-        counts_a = saturating_add_4(counts_a, counts_in(number, character, weight, bits_a));
-        counts_b = saturating_add_4(counts_b, counts_in(number, character, weight, bits_b));
-        counts_c = saturating_add_4(counts_c, counts_in(number, character, weight, bits_c));
-        counts_d = saturating_add_4(counts_d, counts_in(number, character, weight, bits_d));
+        let cull = culled[i];
+        counts_a = saturating_add_4(counts_a, counts_in(number, character, cull, bits_a));
+        counts_b = saturating_add_4(counts_b, counts_in(number, character, cull, bits_b));
+        counts_c = saturating_add_4(counts_c, counts_in(number, character, cull, bits_c));
+        counts_d = saturating_add_4(counts_d, counts_in(number, character, cull, bits_d));
     }
     keep_lane_counts(lane * FILL_CANDIDATES, counts_a);
     keep_lane_counts(lane * FILL_CANDIDATES + 4u, counts_b);
@@ -194,9 +195,9 @@ fn step_of(i: u32) -> u32 {
     }
     let number = instances[i].character;
     let character = characters[number];
-    let weight = culled[i].weight;
-    return level_in(number, character, weight, fill.high_bits).vertex_count
-        - level_in(number, character, weight, fill.low_bits).vertex_count;
+    let cull = culled[i];
+    return level_in(number, character, cull, fill.high_bits).vertex_count
+        - level_in(number, character, cull, fill.low_bits).vertex_count;
 }
 
 @compute @workgroup_size(BLOCK_SIZE)
@@ -282,6 +283,6 @@ fn choose_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocat
         bits = fill.high_bits;
     }
     let number = instances[i].character;
-    let level = level_in(number, characters[number], culled[i].weight, bits);
+    let level = level_in(number, characters[number], culled[i], bits);
     choices[i] = LodChoice(level.vertex_count, level.triangle_count);
 }

@@ -35,7 +35,13 @@ fn key_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
         morphs[i] = MorphRecord(0u, 0.0);
         return;
     }
-    let levels = bucket_sets[instances[i].character];
+    let number = instances[i].character;
+    let levels = bucket_sets[number];
+    if count < buckets[bucket_of_level(levels, 0u)].vertex_count && count >= DOT_VERTICES {
+        keys[i] = bucket_counts.mesh_count + number * DOT_LEVELS + firstLeadingBit(count / DOT_VERTICES);
+        morphs[i] = MorphRecord(0u, 1.0);
+        return;
+    }
     var low = 0u;
     var high = levels.level_count;
     while low + 1u < high {

@@ -60,7 +60,7 @@ fn scan_group(lane: u32) {
     workgroupBarrier();
 }
 
-// Buckets first..end, which have one index width: each thread takes a run of them. How many of them draw anything.
+// Buckets first..end, which are of one kind: each thread takes a run of them. How many of them draw anything.
 fn write_draws(lane: u32, first: u32, end: u32) -> u32 {
     let run = (end - first + BLOCK_SIZE - 1u) / BLOCK_SIZE;
     let begin = min(first + lane * run, end);
@@ -107,7 +107,8 @@ fn write_draws(lane: u32, first: u32, end: u32) -> u32 {
 fn write_args(@builtin(local_invocation_index) lane: u32) {
     drawn[lane] = vec3u(0u);
     let count_16 = write_draws(lane, 0u, bucket_counts.count_16);
-    let count_32 = write_draws(lane, bucket_counts.count_16, bucket_counts.bucket_count);
+    let count_32 = write_draws(lane, bucket_counts.count_16, bucket_counts.mesh_count);
+    let dot_count = write_draws(lane, bucket_counts.mesh_count, bucket_counts.bucket_count);
     for (var half = BLOCK_SIZE / 2u; half > 0u; half /= 2u) {
         workgroupBarrier();
         if lane < half {
@@ -120,8 +121,8 @@ fn write_args(@builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
         let all = drawn[0];
         let over = select(0u, OVERFLOW_BUDGET, sums.min_vertex_count > config.budget);
-        draw_counts = DrawCounts(count_16, count_32);
-        let draws = count_16 + count_32;
+        draw_counts = DrawCounts(count_16, count_32, dot_count, 0u);
+        let draws = count_16 + count_32 + dot_count;
         let wanted = sums.wanted_count;
         totals = FrameTotals(
             all.x,

@@ -48,6 +48,15 @@ pub fn cases() -> impl Iterator<Item = Case> {
     SIZES.into_iter().map(|count| case(count, 30, Weight::Area))
 }
 
+/// The same where everyone smaller on the screen than the middle one may be dots.
+pub fn dotted(mut case: Case) -> Case {
+    let culled = cpu::cull_instances(case.data, &case.instances, &case.config);
+    let mut areas: Vec<f32> = culled.iter().filter(|cull| cull.visible != 0).map(|cull| cull.area_px2).collect();
+    areas.sort_by(f32::total_cmp);
+    case.config.dot_area_px2 = areas.get(areas.len() / 2).copied().unwrap_or(1.0);
+    case
+}
+
 impl Case {
     pub fn count(&self) -> u32 {
         self.instances.len() as u32
@@ -56,13 +65,13 @@ impl Case {
     /// Culled and summed alone, for weights that Eq. 1 does not know.
     pub fn select_culled(&self) -> Selected {
         let culled = cpu::cull_instances(self.data, &self.instances, &self.config);
-        let sums = cpu::sum_weights(self.data, &self.instances, &culled);
+        let sums = cpu::sum_weights(self.data, &self.instances, &culled, &self.config);
         Selected { culled, sums, wanted: Vec::new(), choices: Vec::new() }
     }
 
     pub fn select(&self) -> Selected {
         let culled = cpu::cull_instances(self.data, &self.instances, &self.config);
-        let mut sums = cpu::sum_weights(self.data, &self.instances, &culled);
+        let mut sums = cpu::sum_weights(self.data, &self.instances, &culled, &self.config);
         let wanted = cpu::select_lod(self.data, &self.instances, &culled, &sums, &self.config);
         let choices = cpu::fit_budget(self.data, &self.data.lods, &self.instances, &wanted, &mut sums, &self.config);
         Selected { culled, sums, wanted, choices }

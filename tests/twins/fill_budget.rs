@@ -1,6 +1,6 @@
 //! `fill_budget` on the GPU against its twin: equal; and that the budget is spent, on the twin.
 
-use crate::cases::{Case, Selected, buckets, case, cases, close, data, first_difference};
+use crate::cases::{Case, Selected, buckets, case, cases, close, data, dotted, first_difference};
 use crowd_pack::LodRecord;
 use crowd_stages::{FillState, LodChoice, Weight, WeightSums, cpu, gpu::FillBudget};
 use crowd_tests::gpu;
@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 fn on_gpu(case: &Case, lods: &[LodRecord], selected: &Selected) -> (Vec<LodChoice>, FillState, WeightSums) {
     let stage = FillBudget::new(&gpu::device().0);
-    let sums = gpu::storage(&[cpu::sum_weights(case.data, &case.instances, &selected.culled)]);
+    let sums = gpu::storage(&[cpu::sum_weights(case.data, &case.instances, &selected.culled, &case.config)]);
     let choices = gpu::output::<LodChoice>(case.instances.len());
     let fill = gpu::output::<FillState>(1);
     let bound = stage.bind(
@@ -28,7 +28,7 @@ fn on_gpu(case: &Case, lods: &[LodRecord], selected: &Selected) -> (Vec<LodChoic
 }
 
 fn on_cpu(case: &Case, lods: &[LodRecord], selected: &Selected) -> (Vec<LodChoice>, FillState, WeightSums) {
-    let mut sums = cpu::sum_weights(case.data, &case.instances, &selected.culled);
+    let mut sums = cpu::sum_weights(case.data, &case.instances, &selected.culled, &case.config);
     let (choices, fill) = cpu::fill_budget(case.data, lods, &case.instances, &selected.culled, &mut sums, &case.config);
     (choices, fill, sums)
 }
@@ -55,6 +55,45 @@ fn levels_are_equal_for_all_sizes_budgets_and_tables() {
             assert!(close(sums.wanted_count as f32, expected.2.wanted_count as f32, 1e-3), "{sums:?}");
         }
     }
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn levels_with_dots_are_equal_for_all_sizes_and_budgets() {
+    let lods = buckets().dotted_lods(data());
+    for case in cases().chain(budgets()).map(dotted) {
+        let selected = case.select();
+        let (choices, fill, sums) = on_gpu(&case, &lods, &selected);
+        let expected = on_cpu(&case, &lods, &selected);
+        assert_eq!(first_difference(&choices, &expected.0), None, "{} of {}", case.config.budget, case.count());
+        assert_eq!((fill.low_bits, fill.low_count), (expected.1.low_bits, expected.1.low_count));
+        assert_eq!(sums.min_vertex_count, expected.2.min_vertex_count);
+    }
+}
+
+/// A budget that the coarsest meshes alone exceed holds with dots, which only small ones become.
+#[test]
+fn dots_make_a_small_budget_hold() {
+    let (plain, with_dots) = (case(1000, 7, Weight::Area), dotted(case(1000, 7, Weight::Area)));
+    let budget = u64::from(plain.config.budget);
+    let spent = |case: &Case, lods: &[LodRecord]| {
+        let selected = case.select();
+        let (choices, _, _) = on_cpu(case, lods, &selected);
+        (choices.iter().map(|choice| u64::from(choice.vertex_count)).sum::<u64>(), choices, selected)
+    };
+    assert!(spent(&plain, &buckets().quantized_lods(data())).0 > budget, "the case is not worth running");
+    let (vertices, choices, selected) = spent(&with_dots, &buckets().dotted_lods(data()));
+    assert!(vertices <= budget && vertices + budget / 50 > budget, "{vertices} of {budget}");
+    let mut dots = 0;
+    for ((instance, choice), cull) in with_dots.instances.iter().zip(&choices).zip(&selected.culled) {
+        let is_dots = buckets().fitting(instance.character, choice.vertex_count) >= buckets().mesh_count;
+        if cull.visible != 0 && is_dots {
+            assert!(cull.area_px2 < with_dots.config.dot_area_px2, "{cull:?} is too large for dots");
+            assert_eq!(choice.vertex_count, 3 * choice.triangle_count);
+            dots += 1;
+        }
+    }
+    assert!(dots > 50, "{dots} became dots");
 }
 
 /// Vertices of the levels, of the coarsest and of full detail of the visible.

@@ -6,7 +6,7 @@ use crowd_tests::gpu;
 
 fn on_gpu(case: &Case, selected: &Selected) -> (Vec<LodChoice>, WeightSums) {
     let stage = FitBudget::new(&gpu::device().0);
-    let sums = gpu::storage(&[cpu::sum_weights(case.data, &case.instances, &selected.culled)]);
+    let sums = gpu::storage(&[cpu::sum_weights(case.data, &case.instances, &selected.culled, &case.config)]);
     let choices = gpu::output::<LodChoice>(case.instances.len());
     let bound = stage.bind(
         &gpu::device().0,

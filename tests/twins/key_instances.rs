@@ -1,6 +1,6 @@
 //! `key_instances` on the GPU against its twins: equal.
 
-use crate::cases::{Case, Selected, buckets, case, cases, data, first_difference};
+use crate::cases::{Case, Selected, buckets, case, cases, data, dotted, first_difference};
 use crowd_stages::{Buckets, FillState, MorphRecord, Weight, cpu, gpu::KeyInstances};
 use crowd_tests::gpu;
 
@@ -31,7 +31,8 @@ fn on_gpu(case: &Case, selected: &Selected, fill: FillState, full_detail: bool) 
 fn filled(mut case: Case, morph: u32) -> (Case, Selected, FillState) {
     case.config.morph = morph;
     let mut selected = case.select();
-    let lods = buckets().quantized_lods(data());
+    let has_dots = case.config.dot_area_px2 > 0.0;
+    let lods = if has_dots { buckets().dotted_lods(data()) } else { buckets().quantized_lods(data()) };
     let (choices, fill) =
         cpu::fill_budget(case.data, &lods, &case.instances, &selected.culled, &mut selected.sums, &case.config);
     selected.choices = choices;
@@ -54,7 +55,7 @@ fn morphs_differ(gpu: &[MorphRecord], cpu: &[MorphRecord]) -> Option<String> {
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn keys_and_morphs_agree_for_all_sizes() {
-    for (number, case) in cases().enumerate() {
+    for (number, case) in cases().chain(cases().map(dotted)).enumerate() {
         let (case, selected, fill) = filled(case, number as u32 % 2);
         let (keys, morphs) = on_gpu(&case, &selected, fill, false);
         let expected = expected(&case, &selected, &fill);

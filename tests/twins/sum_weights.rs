@@ -1,6 +1,6 @@
 //! `sum_weights` on the GPU against its twin: equal, float sums too.
 
-use crate::cases::{Case, cases, first_difference};
+use crate::cases::{Case, cases, dotted, first_difference};
 use crowd_stages::{CullRecord, WeightSums, cpu, gpu::SumWeights};
 use crowd_tests::gpu;
 
@@ -23,9 +23,9 @@ fn on_gpu(case: &Case, culled: &[CullRecord]) -> WeightSums {
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn sums_are_equal_for_all_sizes() {
-    for case in cases() {
+    for case in cases().chain(cases().map(dotted)) {
         let culled = cpu::cull_instances(case.data, &case.instances, &case.config);
-        let expected = cpu::sum_weights(case.data, &case.instances, &culled);
+        let expected = cpu::sum_weights(case.data, &case.instances, &culled, &case.config);
         assert_eq!(first_difference(&[on_gpu(&case, &culled)], &[expected]), None, "{} instances", case.count());
     }
 }
@@ -35,7 +35,7 @@ fn the_tree_sums_as_exactly_as_a_sum_in_double_precision() {
     for case in cases() {
         let culled = cpu::cull_instances(case.data, &case.instances, &case.config);
         let exact: f64 = culled.iter().map(|cull| f64::from(cull.weight)).sum();
-        let sum = f64::from(cpu::sum_weights(case.data, &case.instances, &culled).weight);
+        let sum = f64::from(cpu::sum_weights(case.data, &case.instances, &culled, &case.config).weight);
         // 24 additions deep at most, half an ulp each.
         assert!((sum - exact).abs() <= exact * 12.0 * f64::from(f32::EPSILON), "{sum} for {exact}");
     }
@@ -45,9 +45,9 @@ fn the_tree_sums_as_exactly_as_a_sum_in_double_precision() {
 fn one_changed_weight_is_seen() {
     let case = cases().nth(5).expect("seven sizes");
     let mut culled = cpu::cull_instances(case.data, &case.instances, &case.config);
-    let expected = cpu::sum_weights(case.data, &case.instances, &culled);
+    let expected = cpu::sum_weights(case.data, &case.instances, &culled, &case.config);
     let seen = culled.iter().position(|cull| cull.visible == 1).expect("some are seen");
     culled[seen].weight *= 1.01;
-    let changed = cpu::sum_weights(case.data, &case.instances, &culled);
+    let changed = cpu::sum_weights(case.data, &case.instances, &culled, &case.config);
     assert!(first_difference(&[changed], &[expected]).is_some());
 }

@@ -201,3 +201,30 @@ fn at_the_beginning_of_its_way_a_level_is_the_coarser_one() {
     assert_eq!(corners(&start), corners(&below));
     assert_eq!(end.positions, cpu::pose_instance(data(), &instance, fine, 0.4).positions);
 }
+
+/// Everyone is far away: a budget that the coarsest meshes exceed is met by dots, and the picture is much like theirs.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn far_away_dots_look_much_like_what_they_stand_for() {
+    let instances = synthetic::instances(data(), 600);
+    let view = synthetic::view(Vec3::new(0.0, 30.0, 110.0), Vec3::ZERO, 5_400, Weight::Area, 360);
+    let config = FrameConfig::from_camera(&view);
+    let mut renderer = renderer(OPTIONS, &instances);
+    let picture = Picture::new((640, 360));
+    draw(&mut renderer, &picture, &config, Technique::PseudoInstancing);
+    let full = picture.pixels();
+    let least = draw(&mut renderer, &picture, &FrameConfig { budget: 0, ..config }, Technique::Bucketed);
+    let meshes = compare(&picture.pixels(), &full);
+    let may_be_dots = FrameConfig { dot_area_px2: crowd_stages::dot_area_px2(12.0), ..config };
+    let totals = draw(&mut renderer, &picture, &may_be_dots, Technique::Bucketed);
+    let dots = compare(&picture.pixels(), &full);
+    println!("RMS: {} of dots, {} of meshes", dots.rms, meshes.rms);
+    assert!(least.overflow != 0 && least.vertex_count > 5_400, "without dots it does not hold: {least:?}");
+    assert!(totals.overflow == 0 && totals.vertex_count <= 5_400 && totals.visible_count == 600, "{totals:?}");
+    assert!(dots.rms < 1.25 * meshes.rms, "{} of dots, {} of meshes", dots.rms, meshes.rms);
+    // Without them the picture is farther from full detail, so the comparison tells.
+    renderer.set_instances(&gpu::device().1, &[]).expect("nobody fits");
+    draw(&mut renderer, &picture, &config, Technique::Bucketed);
+    let nobody = compare(&picture.pixels(), &full).rms;
+    assert!(nobody > 1.5 * dots.rms, "{nobody} of nobody, {} of dots", dots.rms);
+}

@@ -1,6 +1,6 @@
 //! `write_bucket_args` on the GPU against its twin: equal.
 
-use crate::cases::{Case, buckets, case, cases, first_difference};
+use crate::cases::{Case, buckets, case, cases, data, dotted, first_difference};
 use crowd_stages::{
     BucketRange, DrawArgs, DrawCounts, FillState, FrameTotals, Weight, WeightSums, cpu, gpu::WriteBucketArgs,
 };
@@ -31,9 +31,15 @@ fn on_gpu(case: &Case, sorted_keys: &[u32], sums: &WeightSums) -> Written {
     (gpu::read(&ranges, count), gpu::read(&draw_args, count), gpu::read(&draw_counts, 1)[0], gpu::read(&totals, 1)[0])
 }
 
+/// With dots where the case has them.
 fn sorted_keys(case: &Case) -> (Vec<u32>, WeightSums) {
-    let selected = case.select();
-    let fill = FillState::default();
+    let mut selected = case.select();
+    let mut fill = FillState::default();
+    if case.config.dot_area_px2 > 0.0 {
+        let lods = buckets().dotted_lods(data());
+        (selected.choices, fill) =
+            cpu::fill_budget(case.data, &lods, &case.instances, &selected.culled, &mut selected.sums, &case.config);
+    }
     let (keys, _) =
         cpu::key_instances(buckets(), &case.instances, &selected.culled, &selected.choices, &fill, &case.config);
     (cpu::sort_instances(&keys).0, selected.sums)
@@ -42,7 +48,8 @@ fn sorted_keys(case: &Case) -> (Vec<u32>, WeightSums) {
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn arguments_and_totals_are_equal_for_all_sizes() {
-    for case in cases().chain([2, 200].map(|each| case(1000, each, Weight::Area))) {
+    let with_dots = cases().chain([2, 200].map(|each| case(1000, each, Weight::Area))).map(dotted);
+    for case in cases().chain([2, 200].map(|each| case(1000, each, Weight::Area))).chain(with_dots) {
         let (keys, sums) = sorted_keys(&case);
         let (ranges, args, counts, totals) = on_gpu(&case, &keys, &sums);
         let expected = cpu::write_bucket_args(buckets(), &keys, &sums, &case.config);
@@ -54,18 +61,21 @@ fn arguments_and_totals_are_equal_for_all_sizes() {
 
 #[test]
 fn draws_cover_the_sorted_list_once_and_empty_ones_come_last() {
-    let case = case(1000, 200, Weight::Area);
-    let (keys, sums) = sorted_keys(&case);
-    let (_, args, counts, totals) = cpu::write_bucket_args(buckets(), &keys, &sums, &case.config);
-    let (narrow, wide) = args.split_at(buckets().count_16 as usize);
-    let mut drawn = Vec::new();
-    for (list, count) in [(narrow, counts.count_16), (wide, counts.count_32)] {
-        assert!(count > 0, "levels of both widths are drawn");
-        let (full, empty) = list.split_at(count as usize);
-        assert!(full.iter().all(|a| a.instance_count > 0) && empty.iter().all(|a| *a == DrawArgs::default()));
-        drawn.extend(full.iter().flat_map(|a| a.first_instance..a.first_instance + a.instance_count));
+    for case in [case(1000, 200, Weight::Area), dotted(case(1000, 12, Weight::Area))] {
+        let (keys, sums) = sorted_keys(&case);
+        let (_, args, counts, totals) = cpu::write_bucket_args(buckets(), &keys, &sums, &case.config);
+        let (meshes, dots) = args.split_at(buckets().mesh_count as usize);
+        let (narrow, wide) = meshes.split_at(buckets().count_16 as usize);
+        let mut drawn = Vec::new();
+        let has_dots = case.config.dot_area_px2 > 0.0;
+        assert_eq!([counts.count_16 > 0, counts.count_32 > 0, counts.dot_count > 0], [true, !has_dots, has_dots]);
+        for (list, count) in [(narrow, counts.count_16), (wide, counts.count_32), (dots, counts.dot_count)] {
+            let (full, empty) = list.split_at(count as usize);
+            assert!(full.iter().all(|a| a.instance_count > 0) && empty.iter().all(|a| *a == DrawArgs::default()));
+            drawn.extend(full.iter().flat_map(|a| a.first_instance..a.first_instance + a.instance_count));
+        }
+        drawn.sort_unstable();
+        assert_eq!(drawn, (0..totals.visible_count).collect::<Vec<u32>>());
+        assert_eq!(totals.draw_count, counts.count_16 + counts.count_32 + counts.dot_count);
     }
-    drawn.sort_unstable();
-    assert_eq!(drawn, (0..totals.visible_count).collect::<Vec<u32>>());
-    assert_eq!(totals.draw_count, counts.count_16 + counts.count_32);
 }

@@ -1,13 +1,14 @@
 //! What index tables make possible: one bucket for each quantised level of each character, all drawn from two index buffers.
 
 use crate::cpu::surviving;
-use crate::dispatch::{ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT};
+use crate::dispatch::{DOT_LEVELS, DOT_VERTICES, ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT};
+use crate::dots::{DOT_COUNTS, dots_are_coarser};
 use crate::{BucketCounts, BucketRecord, BucketSet, CrowdData, DiscreteConfig, Error, OriginRecord, Result};
 use crowd_pack::{CharacterRecord, LevelRecord, LodRecord, VertexRecord};
 use glam::Vec3;
 
 /// Buckets of a crowd's characters: first all with 16-bit indices, character after character from coarse to fine, then those
-/// with 32-bit indices.
+/// with 32-bit indices, and last five levels of dots a character (see `dots.rs`), also with 32-bit indices.
 ///
 /// Only quantised levels have buckets; levels that someone asked for by name are for other programs. Each triangle begins at
 /// its least index, as in [`crate::cpu::reform_level`], so that both ways rasterise the very same triangles.
@@ -19,6 +20,8 @@ pub struct Buckets {
     pub records: Vec<BucketRecord>,
     /// How many of them have 16-bit indices.
     pub count_16: u32,
+    /// How many of them are meshes.
+    pub mesh_count: u32,
     /// Of each: no point of the level or of full detail is farther from the other, metres.
     pub bounds_m: Vec<f32>,
     /// Indices of the former.
@@ -64,7 +67,24 @@ impl Buckets {
         }
         buckets.records.extend(wide.0);
         buckets.bounds_m.extend(wide.1);
+        buckets.mesh_count = buckets.records.len() as u32;
+        data.characters.iter().for_each(|character| buckets.add_dots(character));
         Ok(buckets)
+    }
+
+    /// Levels of dots; those that are finer than the coarsest mesh stay empty.
+    fn add_dots(&mut self, character: &CharacterRecord) {
+        let mut first_dot = (self.records.len() as u32 - self.mesh_count) / DOT_LEVELS * DOT_COUNTS.iter().sum::<u32>();
+        for dots in DOT_COUNTS {
+            let first_index = self.indices_32.len() as u32;
+            let is_coarser = dots_are_coarser(character, dots);
+            let corners = if is_coarser { dots * DOT_VERTICES } else { 0 };
+            self.indices_32.extend((0..corners).map(|corner| first_dot * DOT_VERTICES + corner));
+            first_dot += dots;
+            let (vertex_count, triangle_count) = (corners, corners / DOT_VERTICES);
+            let record = BucketRecord { vertex_count, triangle_count, first_index, ..BucketRecord::default() };
+            self.records.push(record);
+        }
     }
 
     fn add_table(
@@ -90,7 +110,8 @@ impl Buckets {
 
     /// For the shaders.
     pub fn counts(&self) -> BucketCounts {
-        BucketCounts { bucket_count: self.records.len() as u32, count_16: self.count_16, ..Default::default() }
+        let (bucket_count, mesh_count) = (self.records.len() as u32, self.mesh_count);
+        BucketCounts { bucket_count, count_16: self.count_16, mesh_count, reserved: 0 }
     }
 
     /// The key of an instance that is in no bucket: one past the last.
@@ -104,8 +125,11 @@ impl Buckets {
         if level < set.count_16 { set.first_16 + level } else { set.first_32 + level - set.count_16 }
     }
 
-    /// Bucket of the finest level of at most that many vertices, or of the coarsest.
+    /// Bucket of the finest level of at most that many vertices, dots included, or of the coarsest.
     pub fn fitting(&self, character: u32, vertex_count: u32) -> u32 {
+        if vertex_count < self.records[self.at(character, 0) as usize].vertex_count && vertex_count >= DOT_VERTICES {
+            return self.mesh_count + character * DOT_LEVELS + (vertex_count / DOT_VERTICES).ilog2();
+        }
         let levels = self.sets[character as usize].level_count;
         let finer =
             (1..levels).take_while(|l| self.records[self.at(character, *l) as usize].vertex_count <= vertex_count);
@@ -185,6 +209,23 @@ impl Buckets {
                 }
                 let BucketRecord { vertex_count, triangle_count, .. } = level(current);
                 lods[(character.lod_offset + k) as usize] = LodRecord { vertex_count, triangle_count };
+            }
+        }
+        lods
+    }
+}
+
+impl Buckets {
+    /// The same with levels of dots below the coarsest mesh: entry k is the finest level of at most k vertices, or one dot.
+    pub fn dotted_lods(&self, data: &CrowdData) -> Vec<LodRecord> {
+        let mut lods = self.quantized_lods(data);
+        for character in &data.characters {
+            for dots in DOT_COUNTS.into_iter().filter(|dots| dots_are_coarser(character, *dots)) {
+                let first = if dots == 1 { 0 } else { dots * DOT_VERTICES };
+                for k in first..character.min_vertex_count {
+                    lods[(character.lod_offset + k) as usize] =
+                        LodRecord { vertex_count: dots * DOT_VERTICES, triangle_count: dots };
+                }
             }
         }
         lods
@@ -278,7 +319,7 @@ mod tests {
     #[test]
     fn narrow_tables_come_first_and_triangles_begin_at_their_least_index() {
         let buckets = Buckets::of(&data()).expect("both characters have tables");
-        assert_eq!((buckets.count_16, buckets.nobody()), (3, 4));
+        assert_eq!((buckets.count_16, buckets.mesh_count, buckets.nobody()), (3, 4, 14));
         assert_eq!([buckets.at(0, 0), buckets.at(0, 1), buckets.at(1, 0), buckets.at(1, 1)], [0, 3, 1, 2]);
         assert_eq!(buckets.triangles(0), [[0, 1, 2]]);
         assert_eq!(buckets.triangles(3), [[2, 4, 3], [0, 1, 4]]);

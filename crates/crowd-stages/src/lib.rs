@@ -51,6 +51,7 @@
 mod buckets;
 pub mod cpu;
 mod data;
+mod dots;
 pub mod gpu;
 mod layers;
 mod records;
@@ -58,5 +59,6 @@ mod technique;
 
 pub use buckets::{Buckets, DISCRETE_SHARES, discrete_config};
 pub use data::{CrowdData, Error, Result, TextureLayer};
+pub use dots::{DOT_COUNTS, dot_corners};
 pub use records::*;
 pub use technique::{DrawOptions, Fit, Levels, Technique};

@@ -21,7 +21,7 @@ pub struct InstanceRecord {
     pub phase_s: f32,
 }
 
-/// What the stages need to know of a frame, a uniform of 208 bytes.
+/// What the stages need to know of a frame, a uniform of 224 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct FrameConfig {
@@ -47,6 +47,21 @@ pub struct FrameConfig {
     pub morph: u32,
     /// Depths, metres, from which [`crate::Technique::Discrete`] draws its second and its third level.
     pub lod_depths_m: [f32; 2],
+    /// Projected area of the bounding sphere, px², below which [`crate::Technique::Bucketed`] may draw dots instead of the
+    /// coarsest mesh ([`dot_area_px2`]); 0: never.
+    pub dot_area_px2: f32,
+    /// Zero.
+    pub reserved_a: u32,
+    /// Zero.
+    pub reserved_b: u32,
+    /// Zero.
+    pub reserved_c: u32,
+}
+
+/// Projected area of the bounding sphere of a character that is so many pixels high: its diameter is a tenth more.
+pub fn dot_area_px2(height_px: f32) -> f32 {
+    let radius_px = 0.55 * height_px;
+    std::f32::consts::PI * radius_px * radius_px
 }
 
 /// Heights in pixels that somebody of 1.8 m has where [`crate::Technique::Discrete`] changes levels, unless it is told otherwise.
@@ -94,6 +109,10 @@ impl FrameConfig {
             weight: view.weight as u32,
             morph: 0,
             lod_depths_m: LOD_HEIGHTS_PX.map(|height_px| 1.8 * focal_px / height_px),
+            dot_area_px2: 0.0,
+            reserved_a: 0,
+            reserved_b: 0,
+            reserved_c: 0,
         }
     }
 }
@@ -384,6 +403,27 @@ pub struct DiscreteConfig {
     pub reserved_c: u32,
 }
 
+/// A corner of a dot, 48 bytes, in the words of [`crowd_pack::VertexRecord`]; goes to the GPU as a vertex buffer. The three
+/// corners of a dot differ in their number alone.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct DotCorner {
+    /// Of the vertex that the dot's middle follows, bind pose, metres.
+    pub position: [f32; 3],
+    /// Square roots of the linear base colour; the last is 0 where light does not change it.
+    pub color: [u8; 4],
+    /// Half the width and half the height of the triangle, metres.
+    pub half_size_m: [f32; 2],
+    /// 0, 1 or 2; 3, 4 or 5 of one that stands on its head.
+    pub number: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Joints of the vertex.
+    pub joints: [u32; 2],
+    /// Its weights.
+    pub weights: [u32; 2],
+}
+
 /// A quantised level of a character: what one indirect draw draws, 20 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
@@ -467,10 +507,10 @@ pub struct BucketCounts {
     pub bucket_count: u32,
     /// Those with 16-bit indices; they come first.
     pub count_16: u32,
+    /// Those of meshes; levels of dots come after them, [`dispatch::DOT_LEVELS`] a character.
+    pub mesh_count: u32,
     /// Zero.
-    pub reserved_a: u32,
-    /// Zero.
-    pub reserved_b: u32,
+    pub reserved: u32,
 }
 
 /// How far an instance's level is on the way from the next coarser one, 8 bytes.
@@ -493,7 +533,7 @@ pub struct BucketRange {
     pub end: u32,
 }
 
-/// Draws of each index width that draw anything, 8 bytes.
+/// Draws of each kind that draw anything, 16 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
 pub struct DrawCounts {
@@ -501,6 +541,10 @@ pub struct DrawCounts {
     pub count_16: u32,
     /// With 32-bit indices.
     pub count_32: u32,
+    /// Of dots.
+    pub dot_count: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// One pass of `sort_instances`, a uniform of 16 bytes.
@@ -580,6 +624,10 @@ pub mod dispatch {
     pub const PYRAMID_LEVELS: u32 = 16;
     /// At most this part of the budget is kept for who comes into sight.
     pub const RESERVE_PART: u32 = 128;
+    /// Levels of dots below a character's coarsest mesh: of one, two, four, ... dots.
+    pub const DOT_LEVELS: u32 = 5;
+    /// Vertices of a dot.
+    pub const DOT_VERTICES: u32 = 3;
     /// Most bits of a digit of the sort.
     pub const MAX_DIGIT_BITS: u32 = 6;
 }

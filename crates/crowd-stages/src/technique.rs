@@ -152,6 +152,11 @@ impl DrawOptions {
     pub fn occludes(&self) -> bool {
         self.technique == Technique::Bucketed && self.fit == Fit::Fill && self.occlusion
     }
+
+    /// Whether characters a few pixels high may be dots.
+    pub fn has_dots(&self) -> bool {
+        self.technique == Technique::Bucketed && self.fit == Fit::Fill
+    }
 }
 
 impl From<Technique> for DrawOptions {

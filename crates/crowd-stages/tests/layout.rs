@@ -71,6 +71,10 @@ fn rust_layouts() -> Vec<Layout> {
             weight,
             morph,
             lod_depths_m,
+            dot_area_px2,
+            reserved_a,
+            reserved_b,
+            reserved_c,
         }),
         layout!(CullRecord { visible, weight, area_px2, distance_m }),
         layout!(WeightSums {
@@ -109,7 +113,7 @@ fn rust_layouts() -> Vec<Layout> {
         layout!(DiscreteConfig { half_diagonal_m, reserved_a, reserved_b, reserved_c }),
         layout!(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count, vertex_offset }),
         layout!(BucketSet { first_16, count_16, first_32, level_count }),
-        layout!(BucketCounts { bucket_count, count_16, reserved_a, reserved_b }),
+        layout!(BucketCounts { bucket_count, count_16, mesh_count, reserved }),
         layout!(MorphRecord { coarser_vertex_count, fraction }),
         layout!(OriginRecord { position, normal_oct, uv, color, vertex, joints, weights }),
         layout!(DrawnInstance {
@@ -124,7 +128,7 @@ fn rust_layouts() -> Vec<Layout> {
             second_texel,
         }),
         layout!(BucketRange { first, end }),
-        layout!(DrawCounts { count_16, count_32 }),
+        layout!(DrawCounts { count_16, count_32, dot_count, reserved }),
         layout!(SortPass { shift, bits, is_first, reserved }),
         layout!(DrawConfig { ray_x, width_px, ray_y, height_px, ray_w, layer_side }),
     ]
@@ -221,7 +225,7 @@ fn structs_have_the_same_sizes_and_offsets() {
         assert_eq!(layout_difference(&module, &layout), None);
     }
     let structs = module.types.iter().filter(|(_, ty)| matches!(ty.inner, TypeInner::Struct { .. })).count();
-    let own = ["FramePair", "Surface", "MeshVertex", "MeshOrigin", "Owner", "Moved"].len();
+    let own = ["FramePair", "Surface", "MeshVertex", "MeshOrigin", "Owner", "Moved", "Dot"].len();
     assert_eq!(structs - own, rust_layouts().len(), "each struct of records.wgsl has its Rust record");
 }
 
@@ -245,6 +249,8 @@ fn constants_are_the_same() {
         ("INSTANCE_GROUP_SIZE", dispatch::INSTANCE_GROUP_SIZE),
         ("FILL_CANDIDATES", dispatch::FILL_CANDIDATES),
         ("SORT_BLOCK_SIZE", dispatch::SORT_BLOCK_SIZE),
+        ("DOT_LEVELS", dispatch::DOT_LEVELS),
+        ("DOT_VERTICES", dispatch::DOT_VERTICES),
         ("SORT_BLOCK_SIZE", 1 << dispatch::MAX_DIGIT_BITS),
         ("OVERFLOW_BUDGET", overflow::BUDGET),
         ("OVERFLOW_VERTICES", overflow::VERTICES),

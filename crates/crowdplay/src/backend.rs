@@ -9,7 +9,8 @@ use crate::picture::Picture;
 use crate::plan::{DetailPlan, GPU_BUDGET, LARGEST_USUAL_BUDGET, MachinePlan, SOFTWARE_BUDGET};
 use crate::stats::Adapter;
 use crate::{Result, Talk};
-use crowd_stages::{DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique};
+use crowd_stages::dispatch::DOT_VERTICES;
+use crowd_stages::{DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique, Weight};
 
 /// What draws the frames of a headless run.
 pub enum Backend {
@@ -43,10 +44,14 @@ pub fn find_gpu(plan: &MachinePlan, talk: &mut Talk<'_>) -> Result<Option<Gpu>> 
 }
 
 /// The budget when the user gave none: the coarsest levels of the whole crowd, which are drawn whatever the budget, and
-/// as much more as the machine draws swiftly; with nothing to spare the near ones would be as coarse as the far ones.
-pub fn usual_budget(gpu: Option<&Gpu>, crowd: &Crowd) -> u32 {
+/// as much more as the machine draws swiftly; with nothing to spare the near ones would be as coarse as the far ones. Where far
+/// ones may be dots, one dot each and as much more again.
+pub fn usual_budget(gpu: Option<&Gpu>, crowd: &Crowd, detail: &DetailPlan) -> u32 {
     let swift = if gpu.is_some_and(|gpu| !gpu.is_software()) { GPU_BUDGET } else { SOFTWARE_BUDGET };
     let least = u32::try_from(crowd.summary.vertices_least).unwrap_or(u32::MAX);
+    let has_dots = gpu.is_some() && detail.dots_px > 0.0 && detail.draw.has_dots() && detail.weight != Weight::Error;
+    let dotted = crowd.summary.instances.saturating_mul(DOT_VERTICES).saturating_add(swift);
+    let least = if has_dots { least.min(dotted) } else { least };
     least.saturating_add(swift).min(least.max(LARGEST_USUAL_BUDGET))
 }
 

@@ -5,6 +5,9 @@ use clap::{Parser, ValueEnum, ValueHint};
 use crowd_stages::Technique;
 use std::path::PathBuf;
 
+/// `--dots` unless given.
+pub const DOTS_PX: f32 = 12.0;
+
 /// `--walk` without a file.
 pub const AROUND: &str = "around";
 
@@ -154,6 +157,11 @@ pub struct Args {
     /// Pixels of error that the budget should hold; says so when it does not
     #[arg(long, value_name = "PX", value_parser = positive, help_heading = "Level of detail")]
     pub max_px: Option<f32>,
+
+    /// Height in pixels below which somebody may be drawn as a few coloured dots where the budget is short; 0: never (technique
+    /// bucketed with --fit fill and --lod-metric size)
+    #[arg(long, default_value_t = DOTS_PX, value_name = "PX", value_parser = dots_px, help_heading = "Level of detail")]
+    pub dots: f32,
 
     /// Bucketed levels change at once instead of moving over into each other
     #[arg(long, help_heading = "Level of detail")]
@@ -330,6 +338,10 @@ fn within(text: &str, least: f32, greatest: f32) -> Result<f32, String> {
 
 fn positive(text: &str) -> Result<f32, String> {
     within(text, 0.01, 10_000.0)
+}
+
+fn dots_px(text: &str) -> Result<f32, String> {
+    within(text, 0.0, 64.0)
 }
 
 fn not_negative(text: &str) -> Result<f32, String> {

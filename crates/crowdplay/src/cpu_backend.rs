@@ -73,6 +73,8 @@ impl CpuBackend {
 
     /// Draws a frame.
     pub fn draw(&mut self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> FrameTotals {
+        // Dots are the GPU's: here everyone keeps a mesh.
+        let config = &FrameConfig { dot_area_px2: 0.0, ..*config };
         let start = Instant::now();
         let frame = self.select(crowd, config, options);
         let selected = Instant::now();

@@ -23,7 +23,7 @@ pub fn render(
     let viewer = Viewer::open(&plan.camera, crowd)?;
     let gpu = backend::find_gpu(&plan.machine, talk)?;
     let detail = backend::settle_technique(&plan.detail, gpu.as_ref(), talk);
-    let budget = detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref(), crowd));
+    let budget = detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref(), crowd, &detail));
     let samples = plan.machine.samples.unwrap_or(4);
     let mut backend = Backend::new(gpu, crowd, plan.size, samples, budget)?;
     let mut frames = Vec::new();

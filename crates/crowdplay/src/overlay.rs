@@ -24,6 +24,8 @@ pub struct Knobs {
     pub draw: DrawOptions,
     /// Pixels of error that should hold.
     pub max_px: Option<f32>,
+    /// Height below which somebody may be dots, pixels.
+    pub dots_px: f32,
     /// Time stands still.
     pub paused: bool,
     /// Seconds of the crowd a second of the clock.
@@ -226,6 +228,7 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs) {
             ui.selectable_value(&mut knobs.draw.no_morph, false, "move");
             ui.selectable_value(&mut knobs.draw.no_morph, true, "jump");
         });
+        ui.add(Slider::new(&mut knobs.dots_px, 0.0..=64.0).text("dots below px"));
     }
     if knobs.draw.technique == Technique::Bucketed && knobs.draw.fit == Fit::Fill {
         ui.checkbox(&mut knobs.draw.occlusion, "leave out whom others hide (O)")

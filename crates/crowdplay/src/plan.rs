@@ -129,6 +129,8 @@ pub struct DetailPlan {
     pub draw: DrawOptions,
     /// Pixels of error that should hold.
     pub max_px: Option<f32>,
+    /// Height below which somebody may be dots, pixels; 0: nobody.
+    pub dots_px: f32,
     /// Depths of the discrete levels; `None`: from heights in pixels.
     pub lod_depths_m: Option<[f32; 2]>,
     /// The user named the technique.
@@ -341,6 +343,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
                 (MetricWord::Size, WeightWord::AreaDistance) => Weight::AreaDistance,
             },
             max_px: args.max_px,
+            dots_px: args.dots,
             draw: DrawOptions {
                 technique: args.technique.unwrap_or(Technique::Bucketed),
                 fit: match args.fit {

@@ -4,7 +4,7 @@ use crate::crowd::{Bounds, Crowd};
 use crate::plan::{CameraPlan, CameraWay, DetailPlan};
 use crate::{Error, Result};
 use crowd_scene::{Camera, CameraPath};
-use crowd_stages::{FrameConfig, FrameView};
+use crowd_stages::{FrameConfig, FrameView, dot_area_px2};
 use glam::Vec3;
 use std::path::Path;
 
@@ -113,5 +113,6 @@ pub fn frame_config(camera: &Camera, size: [u32; 2], time_s: f32, detail: &Detai
         alpha: detail.alpha,
         weight: detail.weight,
     });
-    FrameConfig { lod_depths_m: detail.lod_depths_m.unwrap_or(config.lod_depths_m), ..config }
+    let lod_depths_m = detail.lod_depths_m.unwrap_or(config.lod_depths_m);
+    FrameConfig { lod_depths_m, dot_area_px2: dot_area_px2(detail.dots_px), ..config }
 }

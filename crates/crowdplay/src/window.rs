@@ -189,7 +189,7 @@ impl Running {
 
         let on_cpu = plan.machine.backend == BackendWord::Cpu;
         let detail = backend::settle_technique(&plan.detail, (!on_cpu).then_some(&gpu), talk);
-        let budget = detail.budget.unwrap_or_else(|| backend::usual_budget((!on_cpu).then_some(&gpu), crowd));
+        let budget = detail.budget.unwrap_or_else(|| backend::usual_budget((!on_cpu).then_some(&gpu), crowd, &detail));
         let full = u32::try_from(crowd.summary.vertices_full).unwrap_or(u32::MAX);
         let mut largest_budget = budget.max(full.min(LARGEST_BUDGET));
         let is_software = on_cpu || gpu.is_software();
@@ -220,6 +220,7 @@ impl Running {
             weight: detail.weight,
             draw: detail.draw,
             max_px: detail.max_px,
+            dots_px: detail.dots_px,
             paused: false,
             time_scale: 1.0,
             visible: true,
@@ -362,13 +363,14 @@ impl Running {
     }
 
     fn detail(&self) -> DetailPlan {
-        let Knobs { budget, alpha, weight, draw, max_px, .. } = self.knobs;
+        let Knobs { budget, alpha, weight, draw, max_px, dots_px, .. } = self.knobs;
         DetailPlan {
             budget: Some(budget),
             alpha,
             weight,
             draw,
             max_px,
+            dots_px,
             lod_depths_m: self.lod_depths_m,
             technique_is_given: true,
         }

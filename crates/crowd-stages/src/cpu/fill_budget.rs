@@ -1,8 +1,9 @@
 //! The budget is spent: water rises over the crowd until its vertices are N.
 
 use crate::dispatch::{ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT, FILL_CANDIDATES};
+use crate::dots::least_count;
 use crate::{CrowdData, CullRecord, FillState, FrameConfig, InstanceRecord, LodChoice, Weight, WeightSums};
-use crowd_pack::{CharacterRecord, LodRecord};
+use crowd_pack::LodRecord;
 
 /// Passes of the search.
 pub const FILL_PASSES: u32 = 3;
@@ -23,7 +24,8 @@ const CANDIDATES: usize = FILL_CANDIDATES as usize;
 /// coarsest quantised level whose bound is at most `1 / (weight * water)` metres, from the error tables. So one threshold in
 /// pixels holds for all, the smallest that the budget allows (but for full detail, which has no better).
 ///
-/// `lods`: the LOD tables, the data's, those of quantised levels only, or [`crate::Buckets::error_lods`]. `culled`: one per instance. Sets `wanted_count` of
+/// `lods`: the LOD tables, the data's, those of quantised levels only, or [`crate::Buckets::error_lods`]; with
+/// `config.dot_area_px2` those of [`crate::Buckets::dotted_lods`]. `culled`: one per instance. Sets `wanted_count` of
 /// `sums` to what Eq. 1 as printed comes to, levels looked up. Returns one choice per instance.
 ///
 /// Paper: Peng 2011 Eq. 1 (§5.1) and Dong 2019 Eq. 1 (§4.1) in their weights. Departs: the papers do not say what becomes of
@@ -38,12 +40,14 @@ pub fn fill_budget(
     config: &FrameConfig,
 ) -> (Vec<LodChoice>, FillState) {
     let level = |i: usize, bits: u32| {
-        let CharacterRecord { vertex_count, lod_offset, .. } = data.characters[instances[i].character as usize];
+        let character = &data.characters[instances[i].character as usize];
         let product = culled[i].weight * f32::from_bits(bits);
         if config.weight == Weight::Error as u32 {
             return lods[error_entry(instances[i].character, product)];
         }
-        lods[(lod_offset + product.min(vertex_count as f32) as u32) as usize]
+        let least = least_count(character, culled[i].area_px2, config.dot_area_px2);
+        let k = product.min(character.vertex_count as f32).max(least as f32);
+        lods[(character.lod_offset + k as u32) as usize]
     };
     let visible: Vec<usize> = (0..instances.len()).filter(|i| culled[*i].visible != 0).collect();
     let sum = |bits: u32| visible.iter().fold(0u32, |sum, i| sum.saturating_add(level(*i, bits).vertex_count));

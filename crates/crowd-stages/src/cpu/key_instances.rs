@@ -2,7 +2,8 @@
 
 use crate::{Buckets, CullRecord, FillState, FrameConfig, InstanceRecord, LodChoice, MorphRecord};
 
-/// The bucket of each instance's level: the finest quantised level of at most as many vertices as were chosen; and its morph.
+/// The bucket of each instance's level: the finest quantised level of at most as many vertices as were chosen, dots included; and
+/// its morph (dots have none).
 ///
 /// `culled`, `choices`: one per instance, zeros when culled; `fill`: of `fill_budget`. Returns one key per instance, culled ones
 /// get [`Buckets::nobody`]; and one morph: with `config.morph`, the fraction says where the water stands between the level and
@@ -24,6 +25,9 @@ pub fn key_instances(
             return (buckets.nobody(), MorphRecord::default());
         }
         let key = buckets.fitting(instances[i].character, choices[i].vertex_count);
+        if key >= buckets.mesh_count {
+            return (key, MorphRecord { coarser_vertex_count: 0, fraction: 1.0 });
+        }
         let level = &buckets.records[key as usize];
         let finer = match buckets.finer(instances[i].character, key) {
             Some(finer) => buckets.records[finer as usize].vertex_count,

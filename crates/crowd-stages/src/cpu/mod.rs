@@ -104,7 +104,7 @@ pub fn run_morphing_selection(
 ) -> CpuFrame {
     let frame = run_selection(data, lods, instances, config, Fit::Fill);
     let culled = cull_instances(data, instances, config);
-    let mut sums = sum_weights(data, instances, &culled);
+    let mut sums = sum_weights(data, instances, &culled, config);
     let (choices, fill) = fill_budget(data, lods, instances, &culled, &mut sums, config);
     let config = FrameConfig { morph: 1, ..*config };
     let (_, morphs) = key_instances(buckets, instances, &culled, &choices, &fill, &config);
@@ -134,7 +134,7 @@ fn select(
     fit: Fit,
 ) -> (Vec<LodChoice>, Vec<InstanceBase>, InstanceBase, WeightSums) {
     let culled = cull_instances(data, instances, config);
-    let mut sums = sum_weights(data, instances, &culled);
+    let mut sums = sum_weights(data, instances, &culled, config);
     let choices = match fit {
         Fit::Fill => fill_budget(data, lods, instances, &culled, &mut sums, config).0,
         Fit::Plain => {

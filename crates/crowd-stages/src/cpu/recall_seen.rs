@@ -1,6 +1,7 @@
 //! Who was hidden waits, and a little of the budget is kept for those who come into sight.
 
 use crate::dispatch::RESERVE_PART;
+use crate::dots::least_count;
 use crate::{CrowdData, CullRecord, FrameConfig, InstanceRecord, SightTally, sight};
 
 /// Takes those whom the last frame's depth hid out of the visible ones, and gives the budget of the first phase.
@@ -24,7 +25,8 @@ pub fn recall_seen(
         for ((instance, cull), word) in instances.iter().zip(culled).zip(&seen[1..]) {
             if cull.visible != 0 && word & sight::HIDDEN != 0 {
                 cull.visible = 0;
-                let least = data.characters[instance.character as usize].min_vertex_count;
+                let character = &data.characters[instance.character as usize];
+                let least = least_count(character, cull.area_px2, config.dot_area_px2);
                 tally.hidden_min_count = tally.hidden_min_count.saturating_add(least);
                 tally.hidden_count += 1;
             }

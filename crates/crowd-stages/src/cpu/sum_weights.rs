@@ -1,9 +1,10 @@
 //! The denominator of Eq. 1, and what the coarsest crowd would cost.
 
 use crate::dispatch::BLOCK_SIZE;
-use crate::{CrowdData, CullRecord, InstanceRecord, WeightSums};
+use crate::dots::least_count;
+use crate::{CrowdData, CullRecord, FrameConfig, InstanceRecord, WeightSums};
 
-/// Adds up weights, coarsest vertex counts and visible instances.
+/// Adds up weights, vertex counts of the coarsest levels (dots, where `config` allows them) and visible instances.
 ///
 /// `culled`: one per instance. The result's `wanted_count`, `share` and `is_scaled` are 0; `fit_budget` fills them in.
 ///
@@ -11,7 +12,12 @@ use crate::{CrowdData, CullRecord, InstanceRecord, WeightSums};
 /// GPU's tree (blocks of 256, halves onto halves), which is also more exact than one after the other.
 ///
 /// Twin: `shaders/stages/sum_weights.wgsl`. Equal for equal weights.
-pub fn sum_weights(data: &CrowdData, instances: &[InstanceRecord], culled: &[CullRecord]) -> WeightSums {
+pub fn sum_weights(
+    data: &CrowdData,
+    instances: &[InstanceRecord],
+    culled: &[CullRecord],
+    config: &FrameConfig,
+) -> WeightSums {
     let mut weights: Vec<f32> = Vec::with_capacity(culled.len());
     let mut sums = WeightSums::default();
     for (instance, cull) in instances.iter().zip(culled) {
@@ -19,7 +25,8 @@ pub fn sum_weights(data: &CrowdData, instances: &[InstanceRecord], culled: &[Cul
         weights.push(if visible { cull.weight } else { 0.0 });
         if visible {
             let character = &data.characters[instance.character as usize];
-            sums.min_vertex_count = sums.min_vertex_count.saturating_add(character.min_vertex_count);
+            let least = least_count(character, cull.area_px2, config.dot_area_px2);
+            sums.min_vertex_count = sums.min_vertex_count.saturating_add(least);
             sums.visible_count += 1;
         }
     }

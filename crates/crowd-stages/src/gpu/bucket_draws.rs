@@ -7,6 +7,7 @@ use super::vertex_inputs::{MESH_LAYOUT, ORIGIN_LAYOUT, OWNER_LAYOUT};
 use super::{GatherDrawn, KeyInstances, SortInstances, WriteBucketArgs};
 use crate::{BucketRange, DrawArgs, DrawCounts, DrawnInstance, MorphRecord, Result, SortPass};
 use std::mem::size_of;
+use std::ops::Range;
 use wgpu::BufferUsages as Usage;
 
 /// Stages from levels to draw arguments, and the draws.
@@ -25,6 +26,7 @@ pub(crate) struct BucketDraws {
     gather_drawn: (GatherDrawn, wgpu::BindGroup),
     bucket_count: u32,
     count_16: u32,
+    mesh_count: u32,
     /// The adapter takes the number of draws from a buffer.
     counts_draws: bool,
 }
@@ -134,6 +136,7 @@ impl BucketDraws {
             gather_drawn: (gather, gather_bound),
             bucket_count,
             count_16: tables.counts.count_16,
+            mesh_count: tables.counts.mesh_count,
             counts_draws: up.device.features().contains(wgpu::Features::MULTI_DRAW_INDIRECT_COUNT),
         })
     }
@@ -168,24 +171,37 @@ impl BucketDraws {
         recorder.stage("gather_drawn", |pass| gather.record(pass, bound, count));
     }
 
-    /// One multi-draw for each width of indices. Pipeline and bind group are set.
+    /// One multi-draw of meshes for each width of indices. Pipeline and bind group are set.
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, crowd: &CrowdBuffers) {
         pass.set_vertex_buffer(0, crowd.vertices.slice(..));
         pass.set_vertex_buffer(1, crowd.origins.slice(..));
         pass.set_vertex_buffer(2, self.drawn.slice(..));
-        let widths = [(true, 0, self.count_16, 0), (false, self.count_16, self.bucket_count - self.count_16, 4)];
-        for (is_narrow, first, most, count_offset) in widths {
-            if most == 0 {
-                continue;
-            }
-            crowd.tables.set_indices(pass, is_narrow);
-            let offset = u64::from(first) * size_of::<DrawArgs>() as u64;
-            if self.counts_draws {
-                let (args, counts) = (&self.draw_args, &self.draw_counts);
-                pass.multi_draw_indexed_indirect_count(args, offset, counts, count_offset, most);
-            } else {
-                pass.multi_draw_indexed_indirect(&self.draw_args, offset, most);
-            }
+        crowd.tables.set_indices(pass, true);
+        self.draw_kind(pass, 0..self.count_16, 0);
+        crowd.tables.set_indices(pass, false);
+        self.draw_kind(pass, self.count_16..self.mesh_count, 4);
+    }
+
+    /// One multi-draw for dots. Pipeline and bind group are set.
+    pub(crate) fn draw_dots(&self, pass: &mut wgpu::RenderPass<'_>, crowd: &CrowdBuffers) {
+        pass.set_vertex_buffer(0, crowd.tables.dots.slice(..));
+        pass.set_vertex_buffer(2, self.drawn.slice(..));
+        crowd.tables.set_indices(pass, false);
+        self.draw_kind(pass, self.mesh_count..self.bucket_count, 8);
+    }
+
+    /// `count_offset`: of how many of them draw anything, in the counts of draws.
+    fn draw_kind(&self, pass: &mut wgpu::RenderPass<'_>, buckets: Range<u32>, count_offset: u64) {
+        let most = buckets.end - buckets.start;
+        if most == 0 {
+            return;
+        }
+        let offset = u64::from(buckets.start) * size_of::<DrawArgs>() as u64;
+        if self.counts_draws {
+            let (args, counts) = (&self.draw_args, &self.draw_counts);
+            pass.multi_draw_indexed_indirect_count(args, offset, counts, count_offset, most);
+        } else {
+            pass.multi_draw_indexed_indirect(&self.draw_args, offset, most);
         }
     }
 

@@ -14,6 +14,7 @@ const SKIN: &str = include_str!("../../../../shaders/shared/skin.wgsl");
 const LIGHT: &str = include_str!("../../../../shaders/shared/light.wgsl");
 const BACKDROP: &str = include_str!("../../../../shaders/draw/backdrop.wgsl");
 const CROWD: &str = include_str!("../../../../shaders/draw/crowd.wgsl");
+const DOTS: &str = include_str!("../../../../shaders/draw/dots.wgsl");
 
 /// The WGSL of sky and ground as it is compiled.
 pub fn backdrop_source() -> String {
@@ -22,7 +23,7 @@ pub fn backdrop_source() -> String {
 
 /// The WGSL of the crowd's draw as it is compiled.
 pub fn crowd_source() -> String {
-    [RECORDS, PLACE, SKIN, LIGHT, CROWD].concat()
+    [RECORDS, PLACE, SKIN, LIGHT, CROWD, DOTS].concat()
 }
 
 /// What every technique draws with: targets, backdrop, the crowd's shader and its layout.
@@ -98,6 +99,13 @@ impl DrawCrowd {
     ) -> wgpu::RenderPipeline {
         let shape = Shape { device: &self.device, color_format: self.color_format, sample_count: self.sample_count };
         shape.pipeline(&self.layouts.crowd, &self.crowd_module, vertex, "shade", wgpu::CompareFunction::Less, buffers)
+    }
+
+    /// The pipeline of dots.
+    pub(crate) fn dots_pipeline(&self, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]) -> wgpu::RenderPipeline {
+        let shape = Shape { device: &self.device, color_format: self.color_format, sample_count: self.sample_count };
+        let Self { layouts, crowd_module, .. } = self;
+        shape.pipeline(&layouts.crowd, crowd_module, "dots", "shade_dot", wgpu::CompareFunction::Less, buffers)
     }
 
     /// The crowd's bind group with a technique's own list of owners and their bases.

@@ -334,7 +334,9 @@ impl CrowdRenderer {
         let instance_count = self.instance_characters.len() as u32;
         // Levels by error have no water between them to morph by.
         let morphs = options.morphs() && config.weight != Weight::Error as u32;
-        FrameConfig { instance_count, morph: morphs.into(), ..*config }
+        let has_dots = options.has_dots() && config.weight != Weight::Error as u32;
+        let dot_area_px2 = if has_dots { config.dot_area_px2 } else { 0.0 };
+        FrameConfig { instance_count, morph: morphs.into(), dot_area_px2, ..*config }
     }
 
     /// Totals of the newest finished frame, without waiting (`wait`: until the last submitted one is done).

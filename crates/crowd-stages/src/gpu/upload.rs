@@ -5,7 +5,7 @@ use super::allocate::{buffer_or_error, texture_or_error};
 use crate::dispatch::BLOCK_SIZE;
 use crate::{
     BucketCounts, Buckets, CrowdData, CullRecord, DiscreteConfig, DrawConfig, Error, FillState, FrameConfig,
-    FrameTotals, InstanceBase, InstanceRecord, LodChoice, Result, WeightSums, discrete_config,
+    FrameTotals, InstanceBase, InstanceRecord, LodChoice, Result, WeightSums, discrete_config, dot_corners,
 };
 use std::mem::size_of;
 use std::ops::Range;
@@ -201,6 +201,8 @@ pub(crate) struct CrowdBuffers {
     pub(crate) lods: wgpu::Buffer,
     /// The same of quantised levels only.
     pub(crate) quantized_lods: wgpu::Buffer,
+    /// The same with dots.
+    pub(crate) dotted_lods: wgpu::Buffer,
     /// Of quantised levels by their errors.
     pub(crate) error_lods: wgpu::Buffer,
     pub(crate) tables: LevelTables,
@@ -215,6 +217,7 @@ impl CrowdBuffers {
         let fewer = "put fewer characters into one pack";
         let buckets = Buckets::of(data)?;
         let quantized_lods = buckets.quantized_lods(data);
+        let dotted_lods = buckets.dotted_lods(data);
         Ok(Self {
             characters: up.filled("characters", &data.characters, Usage::STORAGE, fewer)?,
             vertices: up.filled("bytes of vertices", &data.vertices, Usage::STORAGE | Usage::VERTEX, fewer)?,
@@ -223,6 +226,7 @@ impl CrowdBuffers {
             collapse_map: up.filled("bytes of the collapse map", &data.collapse_map, Usage::STORAGE, fewer)?,
             lods: up.filled("bytes of the LOD tables", &data.lods, Usage::STORAGE, fewer)?,
             quantized_lods: up.filled("bytes of the quantised LOD tables", &quantized_lods, Usage::STORAGE, fewer)?,
+            dotted_lods: up.filled("bytes of the dotted LOD tables", &dotted_lods, Usage::STORAGE, fewer)?,
             error_lods: up.filled("bytes of the error tables", &buckets.error_lods(), Usage::STORAGE, fewer)?,
             tables: LevelTables::new(up, data, &buckets)?,
             clips: up.filled("bytes of clips", &data.clips, Usage::STORAGE, fewer)?,
@@ -244,6 +248,8 @@ pub(crate) struct LevelTables {
     pub(crate) discrete: DiscreteConfig,
     /// Of each character at full detail: its indices, whether they have 16 bits, and its first vertex.
     pub(crate) full_detail: Vec<(Range<u32>, bool, i32)>,
+    /// Corners of dots, a vertex buffer.
+    pub(crate) dots: wgpu::Buffer,
     indices_16: wgpu::Buffer,
     indices_32: wgpu::Buffer,
 }
@@ -269,6 +275,7 @@ impl LevelTables {
             discrete_levels: buckets.discrete_levels(),
             discrete: discrete_config(&data.characters),
             full_detail: full_detail.collect(),
+            dots: up.filled("bytes of dots", &dot_corners(data), Usage::VERTEX, fewer)?,
             indices_16: up.filled("bytes of 16-bit indices", &indices_16, storage | Usage::INDEX, fewer)?,
             indices_32: up.filled("bytes of 32-bit indices", &buckets.indices_32, storage | Usage::INDEX, fewer)?,
         })

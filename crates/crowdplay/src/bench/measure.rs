@@ -78,7 +78,7 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
     let plan = &asked.plan;
     let Show::Headless(HeadlessPlan { dt_s, start_s, .. }) = plan.show else { unreachable!("a bench has no window") };
     let viewer = Viewer::open(&plan.camera, &crowd)?;
-    let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget(Some(gpu), &crowd));
+    let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget(Some(gpu), &crowd, &plan.detail));
     let mut backend = GpuBackend::new(gpu.clone(), &crowd, plan.size, samples, budget)?;
     let new = |&variant: &Variant| Contender {
         variant,

@@ -10,6 +10,7 @@ pub(crate) struct Bucketed {
     draws: BucketDraws,
     pipeline: wgpu::RenderPipeline,
     morphing: wgpu::RenderPipeline,
+    dots: wgpu::RenderPipeline,
     bound: wgpu::BindGroup,
 }
 
@@ -20,7 +21,8 @@ impl Bucketed {
         let bound = draw.bind(crowd, frame, &frame.choices, &frame.bases_of_none);
         let pipeline = draw.pipeline_with("bucketed", &BucketDraws::INPUTS);
         let morphing = draw.pipeline_with("bucketed_morphing", &BucketDraws::MORPHING_INPUTS);
-        Ok(Self { draws, pipeline, morphing, bound })
+        let dots = draw.dots_pipeline(&BucketDraws::INPUTS);
+        Ok(Self { draws, pipeline, morphing, dots, bound })
     }
 }
 
@@ -43,6 +45,10 @@ impl Painter for Bucketed {
         pass.set_pipeline(if context.config.morph == 1 { &self.morphing } else { &self.pipeline });
         pass.set_bind_group(0, &self.bound, &[]);
         self.draws.draw(pass, context.crowd);
+        if context.config.dot_area_px2 > 0.0 {
+            pass.set_pipeline(&self.dots);
+            self.draws.draw_dots(pass, context.crowd);
+        }
     }
 
     fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
