@@ -55,6 +55,11 @@ pub fn usual_budget(gpu: Option<&Gpu>, crowd: &Crowd, detail: &DetailPlan) -> u3
     least.saturating_add(swift).min(least.max(LARGEST_USUAL_BUDGET))
 }
 
+/// The largest budget that makes sense: everyone at full detail, within what a frame's buffers hold.
+pub fn largest_budget(crowd: &Crowd) -> u32 {
+    u32::try_from(crowd.summary.vertices_full).unwrap_or(u32::MAX).min(LARGEST_USUAL_BUDGET)
+}
+
 /// The plan's level of detail; reformation instead of the usual technique where the adapter cannot do that.
 pub fn settle_technique(detail: &DetailPlan, gpu: Option<&Gpu>, talk: &mut Talk<'_>) -> DetailPlan {
     let mut settled = *detail;

@@ -133,6 +133,10 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Level of detail")]
     pub budget: Option<u32>,
 
+    /// Milliseconds of GPU time that a frame may take: the budget falls and rises to hold it, from --budget on
+    #[arg(long, value_name = "MS", value_parser = positive, help_heading = "Level of detail")]
+    pub target_ms: Option<f32>,
+
     /// Exponent of the budget's split: larger is fairer to the small ones
     #[arg(long, default_value_t = 3.0, value_parser = alpha, help_heading = "Level of detail")]
     pub alpha: f32,

@@ -2,6 +2,7 @@
 
 use crate::backend::{self, Backend};
 use crate::crowd::Crowd;
+use crate::governor::Governor;
 use crate::picture::{write_file, write_stdout};
 use crate::plan::{DetailPlan, HeadlessPlan, Plan};
 use crate::stats::{self, Frame, Report, Timings};
@@ -23,9 +24,11 @@ pub fn render(
     let viewer = Viewer::open(&plan.camera, crowd)?;
     let gpu = backend::find_gpu(&plan.machine, talk)?;
     let detail = backend::settle_technique(&plan.detail, gpu.as_ref(), talk);
-    let budget = detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref(), crowd, &detail));
+    let mut budget = detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref(), crowd, &detail));
+    let most = if detail.target_ms.is_some() { budget.max(backend::largest_budget(crowd)) } else { budget };
+    let mut governor = detail.target_ms.map(|target_ms| Governor::new(target_ms, budget, most));
     let samples = plan.machine.samples.unwrap_or(4);
-    let mut backend = Backend::new(gpu, crowd, plan.size, samples, budget)?;
+    let mut backend = Backend::new(gpu, crowd, plan.size, samples, most)?;
     let mut frames = Vec::new();
     let mut pictures = Vec::new();
     let mut warnings = Vec::new();
@@ -44,8 +47,14 @@ pub fn render(
         let start = Instant::now();
         let totals = backend.draw(crowd, &config, detail.draw)?;
         let frame_ms = start.elapsed().as_secs_f32() * 1e3;
-        frames.push(Frame::new(number, time_s, totals, frame_ms, &backend.timings_ms()));
-        for message in stats::overflow_messages(&totals, budget, detail.max_px) {
+        let frame = Frame::new(number, time_s, budget, totals, frame_ms, &backend.timings_ms());
+        let messages = stats::overflow_messages(&totals, budget, detail.max_px);
+        // The first frame compiles shaders.
+        if let Some(governor) = governor.as_mut().filter(|_| number > 0) {
+            budget = governor.next(frame.work_ms());
+        }
+        frames.push(frame);
+        for message in messages {
             if !warnings.contains(&message) && warnings.len() < 16 {
                 talk.say(&format!("frame {number}: {message}"));
                 warnings.push(message);
@@ -61,6 +70,10 @@ pub fn render(
                 None => write_stdout(stdout, &png)?,
             }
         }
+    }
+    if let Some(complaint) = governor.as_ref().and_then(Governor::complaint) {
+        talk.say(&complaint);
+        warnings.push(complaint);
     }
     write_recording(plan, recording.as_ref())?;
     say_what_came_out(headless, crowd, &frames, &pictures, budget, talk);

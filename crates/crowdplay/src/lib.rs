@@ -10,6 +10,7 @@ pub mod cli;
 pub mod cpu_backend;
 pub mod crowd;
 pub mod error;
+pub mod governor;
 pub mod gpu_backend;
 pub mod gpu_device;
 pub mod headless;

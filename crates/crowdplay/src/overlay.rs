@@ -16,6 +16,8 @@ pub struct Knobs {
     pub budget: u32,
     /// The largest N there is room for.
     pub largest_budget: u32,
+    /// Milliseconds that a frame may take; the budget follows.
+    pub target_ms: Option<f32>,
     /// Exponent of the split.
     pub alpha: f32,
     /// Weight of an instance.
@@ -201,6 +203,13 @@ fn graph(ui: &mut Ui, frame_ms: &VecDeque<f32>) {
 fn sliders(ui: &mut Ui, knobs: &mut Knobs) {
     let largest = knobs.largest_budget.max(1_001);
     ui.add(Slider::new(&mut knobs.budget, 1_000..=largest).logarithmic(true).text("budget N"));
+    ui.horizontal(|ui| {
+        let mut holds = knobs.target_ms.is_some();
+        ui.checkbox(&mut holds, "hold");
+        let mut target_ms = knobs.target_ms.unwrap_or(16.0);
+        ui.add_enabled(holds, Slider::new(&mut target_ms, 1.0..=200.0).logarithmic(true).text("ms a frame"));
+        knobs.target_ms = holds.then_some(target_ms);
+    });
     ui.add(Slider::new(&mut knobs.alpha, 1.0..=8.0).text("alpha"));
     ui.horizontal(|ui| {
         ui.label("Weight");

@@ -129,6 +129,8 @@ pub struct DetailPlan {
     pub draw: DrawOptions,
     /// Pixels of error that should hold.
     pub max_px: Option<f32>,
+    /// What a frame may take, milliseconds.
+    pub target_ms: Option<f32>,
     /// Height below which somebody may be dots, pixels; 0: nobody.
     pub dots_px: f32,
     /// Depths of the discrete levels; `None`: from heights in pixels.
@@ -343,6 +345,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
                 (MetricWord::Size, WeightWord::AreaDistance) => Weight::AreaDistance,
             },
             max_px: args.max_px,
+            target_ms: args.target_ms,
             dots_px: args.dots,
             draw: DrawOptions {
                 technique: args.technique.unwrap_or(Technique::Bucketed),

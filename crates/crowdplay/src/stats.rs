@@ -99,6 +99,8 @@ pub struct Frame {
     pub frame: u32,
     /// Time shown, seconds.
     pub time_s: f32,
+    /// Vertices it might have: N.
+    pub budget: u32,
     /// Instances drawn.
     pub visible: u32,
     /// Instances left out because the frustum does not meet them.
@@ -131,10 +133,18 @@ pub struct Frame {
 
 impl Frame {
     /// A frame from what the stages counted.
-    pub fn new(frame: u32, time_s: f32, totals: FrameTotals, frame_ms: f32, stages: &[(&'static str, f32)]) -> Self {
+    pub fn new(
+        frame: u32,
+        time_s: f32,
+        budget: u32,
+        totals: FrameTotals,
+        frame_ms: f32,
+        stages: &[(&'static str, f32)],
+    ) -> Self {
         Self {
             frame,
             time_s,
+            budget,
             visible: totals.visible_count,
             outside: totals.outside_count,
             occluded: totals.occluded_count,
@@ -150,6 +160,13 @@ impl Frame {
             frame_ms,
             stages_ms: stages.iter().copied().collect(),
         }
+    }
+}
+
+impl Frame {
+    /// What the GPU took, milliseconds; the whole frame where it does not say.
+    pub fn work_ms(&self) -> f32 {
+        if self.stages_ms.is_empty() { self.frame_ms } else { self.stages_ms.values().sum() }
     }
 }
 
@@ -260,7 +277,7 @@ mod tests {
 
     #[test]
     fn the_first_frame_is_not_timed_unless_it_is_the_only_one() {
-        let frame = |i: u32, ms: f32| Frame::new(i, 0.0, FrameTotals::default(), ms, &[("cull", ms)]);
+        let frame = |i: u32, ms: f32| Frame::new(i, 0.0, 0, FrameTotals::default(), ms, &[("cull", ms)]);
         let many = Timings::of(&[frame(0, 900.0), frame(1, 5.0), frame(2, 7.0)]);
         assert_eq!((many.frames, many.frame_ms.max, many.stages_ms["cull"].min), (2, 7.0, 5.0));
         assert_eq!(Timings::of(&[frame(0, 900.0)]).frame_ms.median, 900.0);

@@ -5,6 +5,7 @@ use crate::camera_control::{CameraControl, Held};
 use crate::cli::BackendWord;
 use crate::cpu_backend::CpuBackend;
 use crate::crowd::Crowd;
+use crate::governor::Governor;
 use crate::gpu_backend::{Canvas, bake_frame, renderer_options};
 use crate::gpu_device::{self, Gpu};
 use crate::headless::{report, write_recording};
@@ -26,8 +27,6 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::keyboard::{KeyCode, PhysicalKey};
 use winit::window::{Window, WindowId};
 
-/// The largest budget the slider offers where the crowd has as many vertices.
-const LARGEST_BUDGET: u32 = 8_000_000;
 const REMEDY: &str = "use --headless --out picture.png to draw without a window";
 
 /// Opens the window and runs until it is closed, or for `frames` frames.
@@ -145,6 +144,8 @@ struct Running {
     samples: u32,
     lod_depths_m: Option<[f32; 2]>,
     knobs: Knobs,
+    /// With the budget that it gave last.
+    governor: Option<(Governor, u32)>,
     readings: Readings,
     control: CameraControl,
     /// The camera path is followed until the user takes over.
@@ -190,8 +191,7 @@ impl Running {
         let on_cpu = plan.machine.backend == BackendWord::Cpu;
         let detail = backend::settle_technique(&plan.detail, (!on_cpu).then_some(&gpu), talk);
         let budget = detail.budget.unwrap_or_else(|| backend::usual_budget((!on_cpu).then_some(&gpu), crowd, &detail));
-        let full = u32::try_from(crowd.summary.vertices_full).unwrap_or(u32::MAX);
-        let mut largest_budget = budget.max(full.min(LARGEST_BUDGET));
+        let mut largest_budget = budget.max(backend::largest_budget(crowd));
         let is_software = on_cpu || gpu.is_software();
         let samples = plan.machine.samples.unwrap_or(if is_software { 1 } else { 4 });
         let painter = if on_cpu {
@@ -216,6 +216,7 @@ impl Running {
         let knobs = Knobs {
             budget,
             largest_budget,
+            target_ms: detail.target_ms,
             alpha: detail.alpha,
             weight: detail.weight,
             draw: detail.draw,
@@ -233,6 +234,7 @@ impl Running {
             samples,
             lod_depths_m: plan.detail.lod_depths_m,
             knobs,
+            governor: None,
             readings,
             control: CameraControl::new(viewer.at(0.0)),
             on_path: matches!(viewer, Viewer::Path(..)),
@@ -353,17 +355,34 @@ impl Running {
         if std::mem::take(&mut self.knobs.screenshot) {
             self.save_picture(crowd, &config, talk);
         }
+        let budget = self.knobs.budget;
         self.draw(crowd, &config)?;
         self.frame_count += 1;
+        self.govern(dt_s * 1e3);
         if let Some(frames) = &mut self.frames {
             let Readings { totals, time_s, stages_ms, .. } = &self.readings;
-            frames.push(Frame::new(self.frame_count - 1, *time_s, *totals, dt_s * 1e3, stages_ms));
+            frames.push(Frame::new(self.frame_count - 1, *time_s, budget, *totals, dt_s * 1e3, stages_ms));
         }
         Ok(())
     }
 
+    /// Moves the budget towards the time that a frame may take, if there is one. A budget changed by hand is where it goes on from.
+    fn govern(&mut self, frame_ms: f32) {
+        let Knobs { budget, largest_budget, target_ms: Some(target_ms), .. } = self.knobs else {
+            self.governor = None;
+            return;
+        };
+        let kept = self.governor.take().filter(|(_, last)| *last == budget);
+        let mut governor =
+            kept.map_or_else(|| Governor::new(target_ms, budget, largest_budget), |(governor, _)| governor);
+        governor.aim_at(target_ms);
+        let work_ms: f32 = self.readings.stages_ms.iter().map(|(_, ms)| ms).sum();
+        self.knobs.budget = governor.next(if work_ms > 0.0 { work_ms } else { frame_ms });
+        self.governor = Some((governor, self.knobs.budget));
+    }
+
     fn detail(&self) -> DetailPlan {
-        let Knobs { budget, alpha, weight, draw, max_px, dots_px, .. } = self.knobs;
+        let Knobs { budget, alpha, weight, draw, max_px, dots_px, target_ms, .. } = self.knobs;
         DetailPlan {
             budget: Some(budget),
             alpha,
@@ -371,6 +390,7 @@ impl Running {
             draw,
             max_px,
             dots_px,
+            target_ms,
             lod_depths_m: self.lod_depths_m,
             technique_is_given: true,
         }

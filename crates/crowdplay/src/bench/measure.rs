@@ -106,7 +106,14 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
             let totals = backend.draw(&config, options)?;
             let frame_ms = start.elapsed().as_secs_f32() * 1e3;
             if round >= warm_up {
-                contender.frames.push(Frame::new(round - warm_up, time_s, totals, frame_ms, &backend.timings_ms()));
+                contender.frames.push(Frame::new(
+                    round - warm_up,
+                    time_s,
+                    budget,
+                    totals,
+                    frame_ms,
+                    &backend.timings_ms(),
+                ));
                 contender.overflow |= totals.overflow;
             }
             contender.last = totals;

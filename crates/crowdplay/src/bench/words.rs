@@ -34,7 +34,8 @@ full detail).
 Exit codes: those of the player, and 4 when a condition does not hold.";
 
 /// Words of the player that mean nothing here.
-const FOREIGN: [&str; 7] = ["headless", "frames", "out", "report", "technique", "list_adapters", "completions"];
+const FOREIGN: [&str; 8] =
+    ["target_ms", "headless", "frames", "out", "report", "technique", "list_adapters", "completions"];
 
 /// What only a bench is asked.
 #[derive(Debug, Clone, clap::Args)]
