@@ -36,6 +36,14 @@ bench-crowd:
 bench-crowd-morphs:
     cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b1,b2,b3,b4,bucketed --counts 128,1024,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --dots 0 --markdown docs/BENCHMARKS-CROWD-MORPHS.md --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665' --assert 'vertex_runs:bucketed/b3 <= 0.4' --assert 'runs_per_triangle:bucketed <= 0.9' --assert 'bucketed/b3 <= 0.75' --assert 'bucketed/b4 <= 1.15'
 
+# Write docs/BENCHMARKS-PENG2011.md again: Table 1 of Peng 2011, their method and their baseline beside ours (three minutes on software Vulkan)
+bench-peng2011:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b3,bucketed --counts 32,64,128,256,512,1024,2048,4096,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/BENCHMARKS-PENG2011.md
+
+# Write docs/BENCHMARKS-MILLION.md again: a crowd of 30,000 and one of 1,000,000 with one budget
+bench-million:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed --counts 30000,1000000 --budget 3600000 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --markdown docs/BENCHMARKS-MILLION.md
+
 # Time the simplifier
 bench:
     cargo bench -p crowd-lod

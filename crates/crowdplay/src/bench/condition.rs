@@ -68,7 +68,7 @@ impl Quantity {
             Self::Draws => Some(row.draws.into()),
             Self::VertexRuns => row.vertex_runs.map(|runs| runs as f64),
             Self::RunsPerTriangle => row.runs_per_triangle.map(f64::from),
-            Self::Image => Some(row.image_rmse.into()),
+            Self::Image => row.image_rmse.map(f64::from),
         }
     }
 }

@@ -78,8 +78,9 @@ pub struct Row {
     pub vertex_runs: Option<u64>,
     /// The same for each of its triangles: 0.5 to 1 in cache order, up to 3 without any reuse.
     pub runs_per_triangle: Option<f32>,
-    /// Difference of the last frame to full detail, RMS of sRGB 0 to 1 over the pixels that show anyone.
-    pub image_rmse: f32,
+    /// Difference of the last frame to full detail, RMS of sRGB 0 to 1 over the pixels that show anyone; `None` where full detail is too much to
+    /// draw.
+    pub image_rmse: Option<f32>,
     /// What did not fit in some frame.
     pub overflow: Vec<&'static str>,
 }
@@ -129,7 +130,7 @@ impl BenchReport {
                 optional(row.lod_share),
                 row.vertex_runs.map(|runs| runs.to_string()).unwrap_or_default(),
                 optional(row.runs_per_triangle),
-                row.image_rmse,
+                optional(row.image_rmse),
                 quoted(&row.overflow.join(" ")),
                 quoted(&self.features.join(" ")),
             );
@@ -153,7 +154,7 @@ impl BenchReport {
         for row in &self.rows {
             let _ = writeln!(
                 out,
-                "| {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {:.4} |",
+                "| {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
                 row.count,
                 row.technique,
                 row.frame_ms.median,
@@ -167,7 +168,7 @@ impl BenchReport {
                 row.vertices,
                 row.draws,
                 number(row.runs_per_triangle, 2),
-                row.image_rmse
+                number(row.image_rmse, 4)
             );
         }
         if !self.conditions.is_empty() {
@@ -211,7 +212,7 @@ impl BenchReport {
         for row in &self.rows {
             let _ = writeln!(
                 out,
-                "{:>9}  {:<18} {:>10.2} {:>9.2} {:>7.3} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8.4}",
+                "{:>9}  {:<18} {:>10.2} {:>9.2} {:>7.3} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8}",
                 row.count,
                 row.technique,
                 row.frame_ms.median,
@@ -226,7 +227,7 @@ impl BenchReport {
                 row.vertices,
                 row.draws,
                 number(row.runs_per_triangle, 2),
-                row.image_rmse
+                number(row.image_rmse, 4)
             );
         }
         out
