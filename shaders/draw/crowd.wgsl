@@ -14,6 +14,18 @@
 @group(0) @binding(9) var animation: texture_2d_array<f32>;
 @group(0) @binding(10) var layers: texture_2d_array<f32>;
 @group(0) @binding(11) var layer_sampler: sampler;
+@group(0) @binding(12) var<storage, read> palettes: array<vec4f>;
+@group(0) @binding(13) var<storage, read> skinned: array<SkinnedVertex>;
+
+// Palettes were blended beforehand.
+override HAS_PALETTES: bool = false;
+
+fn joint_row(drawn: DrawnInstance, row: u32) -> vec4f {
+    if HAS_PALETTES {
+        return palettes[drawn.palette_row + row];
+    }
+    return blended_row(drawn, row);
+}
 
 struct Surface {
     @builtin(position) clip_position: vec4f,
@@ -50,11 +62,15 @@ struct Owner {
     @location(7) turn: vec4f,
     // Vertices of the coarser level, first material, texels of two frames.
     @location(8) numbers: vec4u,
+    // Where its skinned vertices and its palette begin, rows of that.
+    @location(9) bases: vec4u,
 }
 
 fn drawn_of(owner: Owner) -> DrawnInstance {
     let n = owner.numbers;
-    return DrawnInstance(owner.place.xyz, owner.place.w, owner.turn.xy, owner.turn.z, owner.turn.w, n.x, n.y, n.z, n.w);
+    let b = owner.bases;
+    let t = owner.turn;
+    return DrawnInstance(owner.place.xyz, owner.place.w, t.xy, t.z, t.w, n.x, n.y, n.z, n.w, b.x, b.y, b.z, b.w);
 }
 
 // A vertex between its origin and its own place.
@@ -74,40 +90,50 @@ fn at_home(vertex: MeshVertex) -> Moved {
     );
 }
 
+// Its share of the way; 1 where the coarser level has it, too.
+fn share_of(drawn: DrawnInstance, v: u32) -> f32 {
+    return select(1.0, drawn.fraction, v >= drawn.coarser_vertex_count);
+}
+
 fn on_its_way(vertex: MeshVertex, origin: MeshOrigin, share: f32) -> Moved {
     let home = at_home(vertex);
     return Moved(
-        mix(bitcast<vec3f>(origin.place.xyz), home.position, share),
-        mix(decode_normal(origin.place.w), home.normal, share),
+        between(bitcast<vec3f>(origin.place.xyz), home.position, share),
+        between(decode_normal(origin.place.w), home.normal, share),
         mix(bitcast<vec2f>(origin.looks.xy), home.uv, share),
         mix(unpack4x8unorm(origin.looks.z), home.color, share),
     );
 }
 
-fn surface_of(drawn: DrawnInstance, moved: Moved, rows: mat3x4f, material: u32) -> Surface {
-    // A vector times a matrix of rows: one dot product a row.
-    let local = vec4f(moved.position, 1.0) * rows;
-    let turned = vec4f(moved.normal, 0.0) * rows;
+// `local`, `turned`: position and normal in the character's own space.
+fn surface_of(drawn: DrawnInstance, local: vec3f, turned: vec3f, uv: vec2f, color: vec4f, material: u32) -> Surface {
     var surface: Surface;
     surface.world_position = drawn.position + turn_by(drawn.turn, local * drawn.scale);
     surface.clip_position = config.clip_from_world * vec4f(surface.world_position, 1.0);
     surface.normal = turn_by(drawn.turn, turned);
-    surface.uv = moved.uv;
-    surface.color = moved.color;
+    surface.uv = uv;
+    surface.color = color;
     surface.material = drawn.material_offset + (material & 0xffffu);
     return surface;
+}
+
+fn skinned_surface(drawn: DrawnInstance, moved: Moved, rows: mat3x4f, material: u32) -> Surface {
+    // A vector times a matrix of rows: one dot product a row.
+    let local = vec4f(moved.position, 1.0) * rows;
+    let turned = vec4f(moved.normal, 0.0) * rows;
+    return surface_of(drawn, local, turned, moved.uv, moved.color, material);
 }
 
 // A vertex that does not move between levels.
 fn place_vertex(drawn: DrawnInstance, vertex: MeshVertex) -> Surface {
     let rows = skin_matrix(vertex.skin, vertex.skin, 1.0, drawn);
-    return surface_of(drawn, at_home(vertex), rows, vertex.looks.w);
+    return skinned_surface(drawn, at_home(vertex), rows, vertex.looks.w);
 }
 
 fn draw_of(i: u32) -> DrawnInstance {
     let instance = instances[i];
     let character = characters[instance.character];
-    return drawn_instance(instance, character, clips[instance.clip], MorphRecord(0u, 1.0), config.time_s);
+    return drawn_instance(instance, character, clips[instance.clip], MorphRecord(0u, 1.0), config.time_s, NONE, NONE);
 }
 
 // One draw for the whole crowd: a vertex index is an entry of the frame's vertex list.
@@ -141,9 +167,26 @@ fn bucketed(vertex: MeshVertex, owner: Owner) -> Surface {
 @vertex
 fn bucketed_morphing(vertex: MeshVertex, origin: MeshOrigin, owner: Owner) -> Surface {
     let drawn = drawn_of(owner);
-    let share = select(1.0, drawn.fraction, origin.looks.w >= drawn.coarser_vertex_count);
+    let share = share_of(drawn, origin.looks.w);
     let rows = skin_matrix(vertex.skin, origin.skin, share, drawn);
-    return surface_of(drawn, on_its_way(vertex, origin, share), rows, vertex.looks.w);
+    return skinned_surface(drawn, on_its_way(vertex, origin, share), rows, vertex.looks.w);
+}
+
+// The same of vertices that `skin_vertices` has skinned.
+@vertex
+fn bucketed_skinned(@location(1) looks: vec4u, @location(4) origin: vec4u, owner: Owner) -> Surface {
+    let drawn = drawn_of(owner);
+    let share = share_of(drawn, origin.w);
+    let at = skinned[drawn.vertex_base + origin.w];
+    let uv = mix(bitcast<vec2f>(origin.xy), bitcast<vec2f>(looks.xy), share);
+    let color = mix(unpack4x8unorm(origin.z), unpack4x8unorm(looks.z), share);
+    let normal = vec3f(at.normal_x, at.normal_y, at.normal_z);
+    var surface = surface_of(drawn, vec3f(at.x, at.y, at.z), normal, uv, color, looks.w);
+    if drawn.vertex_base == NONE {
+        // There was no room; totals say so. Nothing is drawn, instead of anything.
+        surface.clip_position = vec4f(2.0, 2.0, 2.0, 1.0);
+    }
+    return surface;
 }
 
 // Everyone placed beforehand: attributes are all there is to a vertex.

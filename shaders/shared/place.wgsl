@@ -41,6 +41,9 @@ fn drawn_instance(
     clip: ClipRecord,
     morph: MorphRecord,
     time_s: f32,
+    // Where its skinned vertices and its palette begin, if they are somewhere.
+    vertex_base: u32,
+    palette_row: u32,
 ) -> DrawnInstance {
     let pair = frame_pair(clip, instance.phase_s, time_s);
     let frame_texels = character.joint_count * 3u;
@@ -54,5 +57,9 @@ fn drawn_instance(
         character.material_offset,
         clip.texel_offset + pair.first * frame_texels,
         clip.texel_offset + pair.second * frame_texels,
+        vertex_base,
+        palette_row,
+        frame_texels,
+        0u,
     );
 }

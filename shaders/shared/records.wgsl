@@ -245,7 +245,7 @@ struct BucketCounts {
     bucket_count: u32,
     count_16: u32,
     mesh_count: u32,
-    reserved: u32,
+    palette_rows: u32,
 }
 
 struct MorphRecord {
@@ -273,6 +273,32 @@ struct DrawnInstance {
     material_offset: u32,
     first_texel: u32,
     second_texel: u32,
+    vertex_base: u32,
+    palette_row: u32,
+    row_count: u32,
+    reserved: u32,
+}
+
+struct SkinnedVertex {
+    x: f32,
+    y: f32,
+    z: f32,
+    normal_x: f32,
+    normal_y: f32,
+    normal_z: f32,
+}
+
+struct BucketPlace {
+    vertex_base: u32,
+    first: u32,
+    vertex_count: u32,
+    vertex_offset: u32,
+}
+
+struct DispatchArgs {
+    x: u32,
+    y: u32,
+    z: u32,
 }
 
 struct BucketRange {

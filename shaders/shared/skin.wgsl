@@ -1,21 +1,5 @@
 // A vertex of an instance at a time: Peng 2011 Eq. 2 with premultiplied matrices and interpolated frames.
-// Twin: crowd-stages/src/cpu/pose_instance.rs. Needs `animation`, the texture of palette rows.
-
-// Texels of the animation texture: row-major in layers, addressed by one number.
-const ANIMATION_WIDTH: u32 = 4096u;
-const ANIMATION_HEIGHT: u32 = 64u;
-
-fn palette_row(texel: u32) -> vec4f {
-    let y = texel / ANIMATION_WIDTH;
-    return textureLoad(animation, vec2u(texel % ANIMATION_WIDTH, y % ANIMATION_HEIGHT), y / ANIMATION_HEIGHT, 0);
-}
-
-// A row of its joints' matrices, blended between its two frames.
-fn joint_row(drawn: DrawnInstance, row: u32) -> vec4f {
-    let a = palette_row(drawn.first_texel + row);
-    let b = palette_row(drawn.second_texel + row);
-    return a + (b - a) * drawn.blend;
-}
+// Twin: crowd-stages/src/cpu/pose_instance.rs. Needs `joint_row`, a row of a joint's matrix at that time.
 
 // Rows of the weighted sum of the joints' matrices: of `own` by its share, of `other` by the rest. Both are joints and weights
 // as VertexRecord has them. As many turns as there are joints with weight: lanes that are alike pay for one set.
@@ -45,6 +29,11 @@ fn skin_matrix(own: vec4u, other: vec4u, own_share: f32, drawn: DrawnInstance) -
         }
     }
     return rows;
+}
+
+// The second at a share of 1, exactly: `mix` need not give that.
+fn between(a: vec3f, b: vec3f, share: f32) -> vec3f {
+    return a * (1.0 - share) + b * share;
 }
 
 fn decode_normal(packed: u32) -> vec3f {

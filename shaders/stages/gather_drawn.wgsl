@@ -9,17 +9,31 @@
 @group(0) @binding(5) var<storage, read> morphs: array<MorphRecord>;
 @group(0) @binding(6) var<storage, read> sorted_keys: array<u32>;
 @group(0) @binding(7) var<storage, read> sorted_values: array<u32>;
-@group(0) @binding(8) var<storage, read_write> drawn: array<DrawnInstance>;
+@group(0) @binding(8) var<storage, read> places: array<BucketPlace>;
+@group(0) @binding(9) var<storage, read_write> drawn: array<DrawnInstance>;
 
 @compute @workgroup_size(BLOCK_SIZE)
 fn gather_drawn(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let entry = group_number(workgroup) * BLOCK_SIZE + lane;
     // Those in no bucket come last.
-    if entry >= config.instance_count || sorted_keys[entry] >= bucket_counts.bucket_count {
+    if entry >= config.instance_count {
+        return;
+    }
+    let key = sorted_keys[entry];
+    if key >= bucket_counts.bucket_count {
         return;
     }
     let i = sorted_values[entry];
     let instance = instances[i];
     let character = characters[instance.character];
-    drawn[entry] = drawn_instance(instance, character, clips[instance.clip], morphs[i], config.time_s);
+    let place = places[key];
+    var base = NONE;
+    if place.vertex_base != NONE {
+        base = place.vertex_base + (entry - place.first) * place.vertex_count;
+    }
+    let row = entry * bucket_counts.palette_rows;
+    var one = drawn_instance(instance, character, clips[instance.clip], morphs[i], config.time_s, base, row);
+    // Dots read their few joints from the frames.
+    one.row_count = select(0u, one.row_count, key < bucket_counts.mesh_count);
+    drawn[entry] = one;
 }

@@ -25,12 +25,13 @@ fn join() {
     let triangle_count = saturating_add(first_totals.triangle_count, totals.triangle_count);
     let visible_count = first_totals.visible_count + totals.visible_count;
     let occluded_count = tally.hidden_count - second_sums.visible_count;
+    let unskinned = (first_totals.overflow | totals.overflow) & OVERFLOW_VERTICES;
     totals = FrameTotals(
         visible_count,
         vertex_count,
         triangle_count,
         saturating_add(sums.min_vertex_count, second_sums.min_vertex_count),
-        select(0u, OVERFLOW_BUDGET, vertex_count > config.budget),
+        select(0u, OVERFLOW_BUDGET, vertex_count > config.budget) | unskinned,
         vertex_count,
         triangle_count,
         first_totals.draw_count + totals.draw_count,

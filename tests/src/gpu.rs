@@ -34,6 +34,11 @@ pub fn uniform<T: bytemuck::Pod>(contents: &T) -> wgpu::Buffer {
     filled(std::slice::from_ref(contents), wgpu::BufferUsages::UNIFORM)
 }
 
+/// Arguments of an indirect dispatch.
+pub fn indirect<T: bytemuck::Pod>(contents: &T) -> wgpu::Buffer {
+    filled(std::slice::from_ref(contents), wgpu::BufferUsages::INDIRECT)
+}
+
 fn filled<T: bytemuck::Pod>(contents: &[T], usage: wgpu::BufferUsages) -> wgpu::Buffer {
     device().0.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: None,

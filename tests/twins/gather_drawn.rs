@@ -1,24 +1,28 @@
 //! `gather_drawn` on the GPU against its twin: integers equal, other numbers within a bound.
 
 use crate::cases::{Case, buckets, case, cases, data};
-use crowd_stages::{DrawnInstance, MorphRecord, Weight, cpu, gpu::GatherDrawn};
+use crowd_stages::{BucketPlace, BucketRange, DrawnInstance, MorphRecord, Weight, cpu, gpu::GatherDrawn};
 use crowd_tests::gpu;
 
-struct Sorted {
-    keys: Vec<u32>,
-    values: Vec<u32>,
-    morphs: Vec<MorphRecord>,
+pub struct Sorted {
+    pub keys: Vec<u32>,
+    pub values: Vec<u32>,
+    pub morphs: Vec<MorphRecord>,
+    pub ranges: Vec<BucketRange>,
+    pub places: Vec<BucketPlace>,
 }
 
-/// Sorted by bucket, with morphs all over.
-fn sorted(case: &Case) -> Sorted {
+/// Sorted by bucket, with morphs all over, and room for so many skinned vertices.
+pub fn sorted(case: &Case, vertex_capacity: u32) -> Sorted {
     let selected = case.select();
     let fill = Default::default();
     let (keys, morphs) =
         cpu::key_instances(buckets(), &case.instances, &selected.culled, &selected.choices, &fill, &case.config);
     let spread = |(i, m): (usize, MorphRecord)| MorphRecord { fraction: (i % 11) as f32 * 0.1, ..m };
     let (keys, values) = cpu::sort_instances(&keys);
-    Sorted { keys, values, morphs: morphs.into_iter().enumerate().map(spread).collect() }
+    let (ranges, ..) = cpu::write_bucket_args(buckets(), &keys, &selected.sums, &case.config);
+    let (places, ..) = cpu::place_buckets(buckets(), &ranges, vertex_capacity);
+    Sorted { keys, values, morphs: morphs.into_iter().enumerate().map(spread).collect(), ranges, places }
 }
 
 fn on_gpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
@@ -34,15 +38,16 @@ fn on_gpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
         &gpu::storage(&sorted.morphs),
         &gpu::storage(&sorted.keys),
         &gpu::storage(&sorted.values),
+        &gpu::storage(&sorted.places),
         &drawn,
     );
     gpu::run(|pass| stage.record(pass, &bound, case.count()));
     gpu::read(&drawn, case.instances.len())
 }
 
-fn on_cpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
-    let Sorted { keys, values, morphs } = sorted;
-    cpu::gather_drawn(data(), buckets(), &case.instances, morphs, keys, values, case.config.time_s)
+pub fn on_cpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
+    let Sorted { keys, values, morphs, places, .. } = sorted;
+    cpu::gather_drawn(data(), buckets(), &case.instances, morphs, keys, values, places, case.config.time_s)
 }
 
 /// Whether the shares of frames and all else agree. At a frame's border the two may stand on either side of it.
@@ -51,7 +56,8 @@ fn agree(a: &DrawnInstance, b: &DrawnInstance) -> bool {
     let frames = a.first_texel == b.first_texel && a.second_texel == b.second_texel && near(a.blend, b.blend);
     let at_border = near(a.blend.max(b.blend), 1.0) && near(a.blend.min(b.blend), 0.0);
     let integers = |d: &DrawnInstance| (d.coarser_vertex_count, d.material_offset, d.position.map(f32::to_bits));
-    let rest = integers(a) == integers(b) && a.scale == b.scale && a.fraction == b.fraction;
+    let bases = |d: &DrawnInstance| (d.vertex_base, d.palette_row, d.row_count);
+    let rest = integers(a) == integers(b) && bases(a) == bases(b) && a.scale == b.scale && a.fraction == b.fraction;
     rest && (frames || at_border) && (0..2).all(|k| near(a.turn[k], b.turn[k]))
 }
 
@@ -64,7 +70,7 @@ fn first_apart(gpu: &[DrawnInstance], cpu: &[DrawnInstance]) -> Option<String> {
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn drawn_instances_agree_for_all_sizes() {
     for case in cases() {
-        let sorted = sorted(&case);
+        let sorted = sorted(&case, case.count() * 20);
         let (gpu, cpu) = (on_gpu(&case, &sorted), on_cpu(&case, &sorted));
         assert_eq!(first_apart(&gpu, &cpu), None, "{} instances", case.count());
         let rest = gpu[cpu.len()..].iter().all(|drawn| *drawn == DrawnInstance::default());
@@ -75,11 +81,13 @@ fn drawn_instances_agree_for_all_sizes() {
 #[test]
 fn everyone_in_a_bucket_is_drawn_once_and_one_that_differs_is_seen() {
     let case = case(1000, 30, Weight::Area);
-    let drawn = on_cpu(&case, &sorted(&case));
+    let drawn = on_cpu(&case, &sorted(&case, u32::MAX));
     let visible = case.select().sums.visible_count as usize;
     assert!(visible > 100 && drawn.len() == visible);
     let mut changed = drawn.clone();
     changed[visible / 2].turn[1] += 0.01;
+    assert!(first_apart(&changed, &drawn).is_some());
+    changed[visible / 2] = DrawnInstance { vertex_base: drawn[visible / 2].vertex_base + 1, ..drawn[visible / 2] };
     assert!(first_apart(&changed, &drawn).is_some());
     changed[visible / 2] = DrawnInstance { second_texel: 7, ..drawn[visible / 2] };
     assert!(first_apart(&changed, &drawn).is_some());

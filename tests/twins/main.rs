@@ -1,5 +1,6 @@
 //! Twins: each stage alone on the GPU against the plain function that follows the paper, and the whole chain.
 
+mod blend_palettes;
 mod build_pyramid;
 mod cases;
 mod cull_by_depth;
@@ -11,11 +12,13 @@ mod join_phases;
 mod key_instances;
 mod occlusion;
 mod orphans;
+mod place_buckets;
 mod place_vertices;
 mod recall_seen;
 mod reform_triangles;
 mod scan_counts;
 mod select_lod;
+mod skin_vertices;
 mod sort_instances;
 mod sum_weights;
 mod techniques;

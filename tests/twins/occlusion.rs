@@ -7,8 +7,8 @@ use crowd_raster::{Batch, Fill, Material, Target, View, Wrap};
 use crowd_scene::{Kind, Layout, WalkableArea};
 use crowd_stages::gpu::{CrowdRenderer, RendererOptions};
 use crowd_stages::{
-    CrowdData, DrawOptions, FrameConfig, InstanceRecord, LodChoice, PyramidConfig, SceneryVertex, Technique, Weight,
-    cpu, sight,
+    CrowdData, DrawOptions, FrameConfig, InstanceRecord, LodChoice, PyramidConfig, SceneryVertex, Skinning, Technique,
+    Weight, cpu, sight,
 };
 use crowd_tests::gpu::{self, Picture};
 use crowd_tests::synthetic;
@@ -224,6 +224,7 @@ const ON: DrawOptions = DrawOptions {
     fit: crowd_stages::Fit::Fill,
     no_morph: true,
     occlusion: true,
+    skinning: Skinning::Vertex,
 };
 
 fn renderer(sample_count: u32) -> CrowdRenderer {

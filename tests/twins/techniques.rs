@@ -3,8 +3,8 @@
 use crate::cases::{buckets, case, data, first_difference};
 use crate::whole_chain::{OPTIONS, close_up, compare, draw, renderer};
 use crowd_stages::{
-    CullRecord, DrawOptions, FillState, Fit, FrameConfig, InstanceRecord, Levels, LodChoice, MorphRecord, Technique,
-    Weight, cpu,
+    CullRecord, DrawOptions, FillState, Fit, FrameConfig, InstanceRecord, Levels, LodChoice, MorphRecord, Skinning,
+    Technique, Weight, cpu,
 };
 use crowd_tests::gpu::{self, Picture};
 use crowd_tests::synthetic;
@@ -17,6 +17,7 @@ const ORACLE: DrawOptions = DrawOptions {
     fit: Fit::Fill,
     no_morph: true,
     occlusion: false,
+    skinning: Skinning::Vertex,
 };
 /// Levels that change at once, as those of the oracle.
 const AT_ONCE: DrawOptions = DrawOptions { technique: Technique::Bucketed, ..ORACLE };

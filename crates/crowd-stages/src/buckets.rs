@@ -22,6 +22,8 @@ pub struct Buckets {
     pub count_16: u32,
     /// How many of them are meshes.
     pub mesh_count: u32,
+    /// Rows of the largest palette, three a joint.
+    pub palette_rows: u32,
     /// Of each: no point of the level or of full detail is farther from the other, metres.
     pub bounds_m: Vec<f32>,
     /// Indices of the former.
@@ -36,7 +38,8 @@ impl Buckets {
     /// # Errors
     /// [`Error::Tables`] when a character has no levels with index tables, or tables that are not in the data.
     pub fn of(data: &CrowdData) -> Result<Self> {
-        let mut buckets = Self::default();
+        let joints = data.characters.iter().map(|character| character.joint_count).max();
+        let mut buckets = Self { palette_rows: joints.unwrap_or(0).max(1) * 3, ..Self::default() };
         let mut wide = (Vec::new(), Vec::new());
         for character in 0..data.characters.len() {
             let levels = quantized(data, character).ok_or(Error::Tables { character })?;
@@ -110,8 +113,12 @@ impl Buckets {
 
     /// For the shaders.
     pub fn counts(&self) -> BucketCounts {
-        let (bucket_count, mesh_count) = (self.records.len() as u32, self.mesh_count);
-        BucketCounts { bucket_count, count_16: self.count_16, mesh_count, reserved: 0 }
+        BucketCounts {
+            bucket_count: self.records.len() as u32,
+            count_16: self.count_16,
+            mesh_count: self.mesh_count,
+            palette_rows: self.palette_rows,
+        }
     }
 
     /// The key of an instance that is in no bucket: one past the last.

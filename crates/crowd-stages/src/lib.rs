@@ -61,4 +61,4 @@ pub use buckets::{Buckets, DISCRETE_SHARES, discrete_config};
 pub use data::{CrowdData, Error, Result, TextureLayer};
 pub use dots::{DOT_COUNTS, dot_corners};
 pub use records::*;
-pub use technique::{DrawOptions, Fit, Levels, Technique};
+pub use technique::{DrawOptions, Fit, Levels, Skinning, Technique};

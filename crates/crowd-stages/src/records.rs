@@ -461,7 +461,7 @@ pub struct OriginRecord {
     pub weights: [u32; 2],
 }
 
-/// What its vertices need to know of a drawn instance, 48 bytes.
+/// What its vertices need to know of a drawn instance, 64 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct DrawnInstance {
@@ -483,6 +483,58 @@ pub struct DrawnInstance {
     pub first_texel: u32,
     /// First texel of the later frame's matrices.
     pub second_texel: u32,
+    /// First of its skinned vertices; [`crowd_pack::NONE`] where there was no room for them.
+    pub vertex_base: u32,
+    /// First row of its palette.
+    pub palette_row: u32,
+    /// Rows of its palette, three a joint; none where it is drawn as dots.
+    pub row_count: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// A skinned vertex in its character's own space, 24 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct SkinnedVertex {
+    /// Metres.
+    pub x: f32,
+    /// Metres.
+    pub y: f32,
+    /// Metres.
+    pub z: f32,
+    /// Normal, of any length.
+    pub normal_x: f32,
+    /// Normal, of any length.
+    pub normal_y: f32,
+    /// Normal, of any length.
+    pub normal_z: f32,
+}
+
+/// Where a bucket's skinned vertices lie, 16 bytes: those of its first instance, then those of the next.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct BucketPlace {
+    /// The first; [`crowd_pack::NONE`] where there is no room.
+    pub vertex_base: u32,
+    /// First instance in the sorted list.
+    pub first: u32,
+    /// Vertices of the level.
+    pub vertex_count: u32,
+    /// The character's first vertex among all.
+    pub vertex_offset: u32,
+}
+
+/// Groups of an indirect dispatch, 12 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct DispatchArgs {
+    /// In a row.
+    pub x: u32,
+    /// Rows.
+    pub y: u32,
+    /// 1.
+    pub z: u32,
 }
 
 /// A character's buckets, 16 bytes: its first levels have 16-bit indices, the others 32-bit ones.
@@ -509,8 +561,8 @@ pub struct BucketCounts {
     pub count_16: u32,
     /// Those of meshes; levels of dots come after them, [`dispatch::DOT_LEVELS`] a character.
     pub mesh_count: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Rows of the largest palette, three a joint: each drawn instance has room for so many.
+    pub palette_rows: u32,
 }
 
 /// How far an instance's level is on the way from the next coarser one, 8 bytes.

@@ -113,6 +113,35 @@ pub enum Fit {
     Plain,
 }
 
+/// Where [`Technique::Bucketed`] works out its vertices. The picture is the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Skinning {
+    /// Whichever takes this adapter the least time, measured over the first frames.
+    #[default]
+    Auto,
+    /// In the vertex shader, from two frames of the clip.
+    Vertex,
+    /// In the vertex shader, from palettes that a compute stage has blended.
+    Palettes,
+    /// By a compute stage: each vertex once, however many passes draw it.
+    Compute,
+}
+
+impl Skinning {
+    /// All that can draw a frame.
+    pub const WAYS: [Self; 3] = [Self::Vertex, Self::Palettes, Self::Compute];
+
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Vertex => "vertex",
+            Self::Palettes => "palettes",
+            Self::Compute => "compute",
+        }
+    }
+}
+
 /// A technique with its switches: what [`crate::gpu::CrowdRenderer::encode`] is told beside the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct DrawOptions {
@@ -126,6 +155,8 @@ pub struct DrawOptions {
     pub no_morph: bool,
     /// [`Technique::Bucketed`] leaves out whom others hide: two-phase occlusion culling, see [`Self::occludes`].
     pub occlusion: bool,
+    /// Where [`Technique::Bucketed`] works out its vertices.
+    pub skinning: Skinning,
 }
 
 impl DrawOptions {

@@ -4,10 +4,10 @@ use crowd_pack::{CharacterRecord, ClipRecord, LodRecord, MaterialRecord, VertexR
 use crowd_raster::light;
 use crowd_stages::gpu::{self, ANIMATION_HEIGHT, ANIMATION_WIDTH};
 use crowd_stages::{
-    BucketCounts, BucketRange, BucketRecord, BucketSet, Capacities, CullRecord, DiscreteConfig, DrawArgs, DrawConfig,
-    DrawCounts, DrawnInstance, FillState, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice,
-    MorphRecord, OriginRecord, PyramidConfig, PyramidLevel, PyramidStep, SightTally, SortPass, Weight, WeightSums,
-    dispatch, overflow, sight,
+    BucketCounts, BucketPlace, BucketRange, BucketRecord, BucketSet, Capacities, CullRecord, DiscreteConfig,
+    DispatchArgs, DrawArgs, DrawConfig, DrawCounts, DrawnInstance, FillState, FrameConfig, FrameTotals, InstanceBase,
+    InstanceRecord, LodChoice, MorphRecord, OriginRecord, PyramidConfig, PyramidLevel, PyramidStep, SightTally,
+    SkinnedVertex, SortPass, Weight, WeightSums, dispatch, overflow, sight,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};
@@ -113,7 +113,7 @@ fn rust_layouts() -> Vec<Layout> {
         layout!(DiscreteConfig { half_diagonal_m, reserved_a, reserved_b, reserved_c }),
         layout!(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count, vertex_offset }),
         layout!(BucketSet { first_16, count_16, first_32, level_count }),
-        layout!(BucketCounts { bucket_count, count_16, mesh_count, reserved }),
+        layout!(BucketCounts { bucket_count, count_16, mesh_count, palette_rows }),
         layout!(MorphRecord { coarser_vertex_count, fraction }),
         layout!(OriginRecord { position, normal_oct, uv, color, vertex, joints, weights }),
         layout!(DrawnInstance {
@@ -126,7 +126,14 @@ fn rust_layouts() -> Vec<Layout> {
             material_offset,
             first_texel,
             second_texel,
+            vertex_base,
+            palette_row,
+            row_count,
+            reserved,
         }),
+        layout!(SkinnedVertex { x, y, z, normal_x, normal_y, normal_z }),
+        layout!(BucketPlace { vertex_base, first, vertex_count, vertex_offset }),
+        layout!(DispatchArgs { x, y, z }),
         layout!(BucketRange { first, end }),
         layout!(DrawCounts { count_16, count_32, dot_count, reserved }),
         layout!(SortPass { shift, bits, is_first, reserved }),
@@ -155,6 +162,9 @@ fn sources() -> Vec<(&'static str, String)> {
         ("join_phases", gpu::JoinPhases::source()),
         ("write_bucket_args", gpu::WriteBucketArgs::source()),
         ("gather_drawn", gpu::GatherDrawn::source()),
+        ("place_buckets", gpu::PlaceBuckets::source()),
+        ("blend_palettes", gpu::BlendPalettes::source()),
+        ("skin_vertices", gpu::SkinVertices::source()),
         ("backdrop", gpu::backdrop_source()),
         ("crowd", gpu::crowd_source()),
         ("scenery", gpu::scenery_source()),

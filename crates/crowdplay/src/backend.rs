@@ -10,6 +10,7 @@ use crate::plan::{DetailPlan, GPU_BUDGET, LARGEST_USUAL_BUDGET, MachinePlan, SOF
 use crate::stats::Adapter;
 use crate::{Result, Talk};
 use crowd_stages::dispatch::DOT_VERTICES;
+use crowd_stages::gpu::SkinningChoice;
 use crowd_stages::{DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique, Weight};
 
 /// What draws the frames of a headless run.
@@ -118,6 +119,14 @@ impl Backend {
         match self {
             Self::Gpu(gpu) => gpu.timings_ms(),
             Self::Cpu(cpu) => cpu.timings_ms(),
+        }
+    }
+
+    /// Where a GPU works out vertices, and why there; `None` on the CPU and for techniques that have one way.
+    pub fn skinning(&self, options: DrawOptions) -> Option<SkinningChoice> {
+        match self {
+            Self::Gpu(gpu) if options.technique == Technique::Bucketed => Some(gpu.skinning(options)),
+            _ => None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, ValueEnum, ValueHint};
-use crowd_stages::Technique;
+use crowd_stages::{Skinning, Technique};
 use std::path::PathBuf;
 
 /// `--dots` unless given.
@@ -171,6 +171,13 @@ pub struct Args {
     #[arg(long, help_heading = "Level of detail")]
     pub no_morph: bool,
 
+    /// Where vertices of people are worked out (bucketed alone; the picture is the same): by the vertex shader from two frames of
+    /// the clip, by the vertex shader from palettes blended beforehand, by a compute stage (each vertex once, however many passes
+    /// draw it), or auto: the first frames try all three and keep the one that takes this adapter the least time. Where the
+    /// buffers do not fit, the vertex shader does it and the report says so
+    #[arg(long, value_enum, default_value_t = SkinningWord::Auto, value_name = "WAY", help_heading = "Level of detail")]
+    pub skinning: SkinningWord,
+
     /// Leave out people whom others or walls hide (bucketed alone): who was not hidden in the last frame is drawn first, the
     /// others are tested against its depth and drawn after if anything of them may show, so nobody visible is ever missing.
     /// What is saved goes to the levels of those in sight. The CPU draws the same picture without
@@ -280,6 +287,31 @@ pub enum Switch {
     On,
     /// Off
     Off,
+}
+
+/// `--skinning`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SkinningWord {
+    /// Whichever is fastest here
+    Auto,
+    /// The vertex shader, from two frames
+    Vertex,
+    /// The vertex shader, from palettes
+    Palettes,
+    /// A compute stage
+    Compute,
+}
+
+impl SkinningWord {
+    /// What it means.
+    pub fn skinning(self) -> Skinning {
+        match self {
+            Self::Auto => Skinning::Auto,
+            Self::Vertex => Skinning::Vertex,
+            Self::Palettes => Skinning::Palettes,
+            Self::Compute => Skinning::Compute,
+        }
+    }
 }
 
 /// `--weight`.

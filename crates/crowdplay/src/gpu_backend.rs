@@ -5,7 +5,7 @@ use crate::gpu_device::Gpu;
 use crate::picture::Picture;
 use crate::scenery::Scenery;
 use crate::{Error, Result};
-use crowd_stages::gpu::{CrowdRenderer, RendererOptions, buffer_or_error, texture_or_error};
+use crowd_stages::gpu::{CrowdRenderer, RendererOptions, SkinningChoice, buffer_or_error, texture_or_error};
 use crowd_stages::{CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique};
 
 /// A renderer that draws into a texture of its own.
@@ -49,6 +49,24 @@ impl GpuBackend {
         gpu.queue.submit([encoder.finish()]);
         wait(&gpu.device)?;
         Ok(renderer.totals(&gpu.device, true).unwrap_or_default())
+    }
+
+    /// Draws until it is settled where vertices are worked out; at once where that was asked for by name.
+    pub fn settle_skinning(&mut self, config: &FrameConfig, options: DrawOptions) -> Result<()> {
+        let can_try = options.technique == Technique::Bucketed;
+        // A trial ends by itself; twice as many frames as that takes.
+        for _ in 0..120 {
+            if !can_try || self.skinning(options).is_settled {
+                break;
+            }
+            self.draw(config, options)?;
+        }
+        Ok(())
+    }
+
+    /// Where vertices are worked out with these switches, and why there.
+    pub fn skinning(&self, options: DrawOptions) -> SkinningChoice {
+        self.renderer.skinning(options.skinning)
     }
 
     /// The newest frame's pixels.

@@ -5,10 +5,10 @@ use crate::crowd::Crowd;
 use crate::governor::Governor;
 use crate::picture::{write_file, write_stdout};
 use crate::plan::{DetailPlan, HeadlessPlan, Plan};
-use crate::stats::{self, Frame, Report, Timings};
+use crate::stats::{self, Frame, Report, Timings, skinning_words};
 use crate::view::{self, Viewer, frame_config};
 use crate::{Error, Result, Talk};
-use crowd_stages::{Fit, Levels, Weight};
+use crowd_stages::{Fit, Levels, Skinning, Weight};
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -81,6 +81,15 @@ pub fn render(
     report.samples = samples;
     report.dt_s = headless.dt_s;
     report.gpu_bytes = backend.gpu_bytes();
+    if let Some(choice) = backend.skinning(detail.draw) {
+        report.skinning = choice.way.name();
+        report.skinning_ms = choice.measured_ms;
+        if choice.refused.is_some() && detail.draw.skinning != Skinning::Auto {
+            let words = skinning_words(&choice).unwrap_or_default();
+            talk.say(&words);
+            report.warnings.push(words);
+        }
+    }
     report.timings = Timings::of(&frames);
     report.frames = frames;
     report.pictures = pictures;
@@ -150,6 +159,8 @@ pub fn report(
         },
         morph: detail.draw.morphs(),
         occlusion: detail.draw.occludes() && backend == "gpu",
+        skinning: Skinning::Vertex.name(),
+        skinning_ms: None,
         budget,
         alpha: detail.alpha,
         weight: match detail.weight {

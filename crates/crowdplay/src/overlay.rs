@@ -2,7 +2,8 @@
 
 use crate::camera_control::{CameraControl, Mode};
 use crate::stats;
-use crowd_stages::{DrawOptions, Fit, FrameTotals, Levels, Technique, Weight};
+use crowd_stages::gpu::SkinningChoice;
+use crowd_stages::{DrawOptions, Fit, FrameTotals, Levels, Skinning, Technique, Weight};
 use egui::{Color32, RichText, Sense, Slider, Stroke, Ui, pos2, vec2};
 use std::collections::VecDeque;
 
@@ -57,6 +58,8 @@ pub struct Readings {
     pub gpu_bytes: u64,
     /// Seconds shown.
     pub time_s: f32,
+    /// Where the GPU works out vertices.
+    pub skinning: Option<SkinningChoice>,
     /// Last word to the user: a picture written, a failure.
     pub message: Option<String>,
 }
@@ -106,7 +109,7 @@ fn everything(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &Cam
         ui.label(RichText::new(line).color(Color32::from_rgb(255, 150, 90)));
     }
     ui.separator();
-    sliders(ui, knobs);
+    sliders(ui, knobs, readings);
     if !readings.stages_ms.is_empty() {
         egui::CollapsingHeader::new("Times").default_open(true).show(ui, |ui| stages(ui, &readings.stages_ms));
     }
@@ -200,7 +203,7 @@ fn graph(ui: &mut Ui, frame_ms: &VecDeque<f32>) {
     }
 }
 
-fn sliders(ui: &mut Ui, knobs: &mut Knobs) {
+fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
     let largest = knobs.largest_budget.max(1_001);
     ui.add(Slider::new(&mut knobs.budget, 1_000..=largest).logarithmic(true).text("budget N"));
     ui.horizontal(|ui| {
@@ -238,6 +241,15 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs) {
             ui.selectable_value(&mut knobs.draw.no_morph, true, "jump");
         });
         ui.add(Slider::new(&mut knobs.dots_px, 0.0..=64.0).text("dots below px"));
+    }
+    if let Some(choice) = readings.skinning.as_ref().filter(|_| knobs.draw.technique == Technique::Bucketed) {
+        ui.horizontal(|ui| {
+            ui.label("Skinning");
+            for way in [Skinning::Auto].into_iter().chain(Skinning::WAYS) {
+                ui.selectable_value(&mut knobs.draw.skinning, way, way.name());
+            }
+        });
+        ui.label(stats::skinning_words(choice).unwrap_or_else(|| format!("now: {}", choice.way.name())));
     }
     if knobs.draw.technique == Technique::Bucketed && knobs.draw.fit == Fit::Fill {
         ui.checkbox(&mut knobs.draw.occlusion, "leave out whom others hide (O)")

@@ -1,6 +1,6 @@
 //! What the command line means: one plan, all defaults decided, no file opened yet.
 
-use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, Switch, WeightWord};
+use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, SkinningWord, Switch, WeightWord};
 use crate::{Error, Result};
 use crowd_scene::Layout;
 use crowd_stages::{DrawOptions, Fit, Levels, Technique, Weight};
@@ -323,6 +323,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
         });
     }
     check_occlusion(args)?;
+    check_skinning(args)?;
     Ok(Plan {
         pack: args.pack.clone().unwrap_or_default(),
         crowd: CrowdPlan {
@@ -355,6 +356,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
                 },
                 no_morph: args.no_morph,
                 occlusion: args.occlusion == Switch::On,
+                skinning: args.skinning.skinning(),
                 levels: if args.snap_levels { Levels::Quantized } else { Levels::Continuous },
             },
             lod_depths_m: args.lod_depths,
@@ -367,6 +369,22 @@ pub fn plan(args: &Args) -> Result<Plan> {
         record_camera: args.record_camera.clone(),
         show,
     })
+}
+
+/// Only the bucketed technique has more than one way to skin, and the CPU has its own.
+fn check_skinning(args: &Args) -> Result<()> {
+    let refused = |found: String, allowed: &str| {
+        Err(Error::Parameter { option: "--skinning", found, allowed: allowed.to_owned() })
+    };
+    let word = args.skinning.skinning().name();
+    match args.technique {
+        _ if args.skinning == SkinningWord::Auto => Ok(()),
+        Some(other) if other != Technique::Bucketed => {
+            refused(format!("{word} with --technique {other}"), "with --technique bucketed")
+        }
+        _ if args.backend == BackendWord::Cpu => refused(format!("{word} with --backend cpu"), "with a GPU"),
+        _ => Ok(()),
+    }
 }
 
 /// Only the bucketed technique leaves hidden ones out, and its newcomers' levels come from the water's height.
@@ -523,6 +541,8 @@ mod tests {
             &["--target", "1,2,3"],
             &["--occlusion", "on", "--technique", "reform"],
             &["--occlusion", "on", "--fit", "eq1"],
+            &["--skinning", "compute", "--technique", "reform"],
+            &["--skinning", "palettes", "--backend", "cpu"],
             &["--eye", "1,2,3", "--target", "1,2,3"],
             &["--orbit", "0,90,10"],
             &["--layout", "circle"],

@@ -1,6 +1,7 @@
 //! The report: what each frame came to, and how long it took. JSON with a schema number.
 
-use crowd_stages::{FrameTotals, overflow};
+use crowd_stages::gpu::SkinningChoice;
+use crowd_stages::{FrameTotals, Skinning, overflow};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -34,6 +35,10 @@ pub struct Report {
     pub morph: bool,
     /// Hidden instances are left out.
     pub occlusion: bool,
+    /// Where vertices were worked out in the last frame: `vertex`, `palettes` or `compute`.
+    pub skinning: &'static str,
+    /// GPU milliseconds a frame of those three, where they were tried to the end (--skinning auto).
+    pub skinning_ms: Option<[f32; 3]>,
     /// Vertices a frame: N.
     pub budget: u32,
     /// Exponent of the split.
@@ -54,6 +59,17 @@ pub struct Report {
     pub pictures: Vec<String>,
     /// What was said on standard error besides.
     pub warnings: Vec<String>,
+}
+
+/// Why vertices are worked out where they are, in words: times tried, or what did not fit.
+pub fn skinning_words(choice: &SkinningChoice) -> Option<String> {
+    if let Some(why) = &choice.refused {
+        return Some(format!("vertices are skinned by the vertex shader: {why}"));
+    }
+    let tried = |(way, ms): (Skinning, f32)| format!("{} {ms:.2} ms", way.name());
+    let ms = choice.measured_ms?;
+    let all: Vec<String> = Skinning::WAYS.into_iter().zip(ms).map(tried).collect();
+    Some(format!("skinning: {} ({})", choice.way.name(), all.join(", ")))
 }
 
 /// What drew.

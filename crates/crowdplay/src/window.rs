@@ -430,6 +430,7 @@ impl Running {
             readings.totals = renderer.totals(&gpu.device, false).unwrap_or(readings.totals);
             readings.stages_ms = renderer.timings_ms();
             readings.gpu_bytes = renderer.gpu_bytes();
+            readings.skinning = Some(renderer.skinning(knobs.draw.skinning));
         }
         Ok(())
     }
@@ -472,6 +473,10 @@ impl Running {
             Painter::Cpu(..) => ("cpu", backend::cpu_adapter()),
         };
         let mut report = report(plan, &self.detail(), crowd, self.knobs.budget, word, adapter);
+        if let Some(choice) = &self.readings.skinning {
+            report.skinning = choice.way.name();
+            report.skinning_ms = choice.measured_ms;
+        }
         report.size = self.screen.size();
         report.samples = self.samples;
         report.gpu_bytes = self.readings.gpu_bytes;

@@ -1,11 +1,13 @@
 //! What the vertices of a drawn instance need to know of it.
 
 use super::frame_pair;
-use crate::{Buckets, CrowdData, DrawnInstance, InstanceRecord, MorphRecord};
+use crate::{BucketPlace, Buckets, CrowdData, DrawnInstance, InstanceRecord, MorphRecord};
+use crowd_pack::NONE;
 
 /// What their vertices need to know of the drawn instances, in the order of `sorted`: place, turn, frames, materials, morph.
 ///
 /// `sorted_keys`, `sorted`: of `sort_instances`; those in no bucket come last there and are left out. `morphs`: one an instance.
+/// `places`: of `place_buckets`, where vertices are skinned beforehand; else any, and where they lie means nothing.
 ///
 /// Paper: none; the papers work it out for each vertex. Twin: `shaders/stages/gather_drawn.wgsl`. Integers equal, but for a frame
 /// at its border; other numbers within [`DRAWN_BOUND`].
@@ -16,14 +18,25 @@ pub fn gather_drawn(
     morphs: &[MorphRecord],
     sorted_keys: &[u32],
     sorted: &[u32],
+    places: &[BucketPlace],
     time_s: f32,
 ) -> Vec<DrawnInstance> {
-    let drawn = sorted_keys.iter().zip(sorted).take_while(|(key, _)| **key < buckets.nobody());
-    drawn.map(|(_, i)| drawn_instance(data, &instances[*i as usize], morphs[*i as usize], time_s)).collect()
+    let drawn = (0..).zip(sorted_keys.iter().zip(sorted)).take_while(|(_, (key, _))| **key < buckets.nobody());
+    let one = |(entry, (key, i)): (u32, (&u32, &u32))| {
+        let place = places[*key as usize];
+        let within = entry.wrapping_sub(place.first).wrapping_mul(place.vertex_count);
+        let vertex_base = if place.vertex_base == NONE { NONE } else { place.vertex_base.wrapping_add(within) };
+        let palette_row = entry.wrapping_mul(buckets.palette_rows);
+        let drawn = drawn_instance(data, &instances[*i as usize], morphs[*i as usize], time_s);
+        // Dots read their few joints from the frames.
+        let row_count = if *key < buckets.mesh_count { drawn.row_count } else { 0 };
+        DrawnInstance { vertex_base, palette_row, row_count, ..drawn }
+    };
+    drawn.map(one).collect()
 }
 
-/// The same of one instance.
-pub fn drawn_instance(data: &CrowdData, instance: &InstanceRecord, morph: MorphRecord, time_s: f32) -> DrawnInstance {
+/// One of them, but for where its skinned vertices and its palette lie.
+fn drawn_instance(data: &CrowdData, instance: &InstanceRecord, morph: MorphRecord, time_s: f32) -> DrawnInstance {
     let character = &data.characters[instance.character as usize];
     let clip = &data.clips[instance.clip as usize];
     let pair = frame_pair(clip, instance.phase_s, time_s);
@@ -38,6 +51,8 @@ pub fn drawn_instance(data: &CrowdData, instance: &InstanceRecord, morph: MorphR
         material_offset: character.material_offset,
         first_texel: clip.texel_offset + pair.first * frame_texels,
         second_texel: clip.texel_offset + pair.second * frame_texels,
+        row_count: frame_texels,
+        ..Default::default()
     }
 }
 

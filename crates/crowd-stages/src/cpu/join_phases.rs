@@ -13,7 +13,8 @@ pub fn begin_second(first: &FrameTotals, second_sums: &WeightSums, fill: &FillSt
     FillState { low_bits: 0, high_bits: fill.low_bits, low_count, ..Default::default() }
 }
 
-/// What both phases came to; `tally`: of `recall_seen`, who waited. Beyond N, by newcomers' coarsest levels alone, sets [`overflow::BUDGET`].
+/// What both phases came to; `tally`: of `recall_seen`, who waited. Beyond N, by newcomers' coarsest levels alone, sets [`overflow::BUDGET`]; either
+/// phase's [`overflow::VERTICES`] stays.
 ///
 /// Twin: `shaders/stages/join_phases.wgsl`, entry point `join`. Equal.
 pub fn join_phases(
@@ -28,12 +29,13 @@ pub fn join_phases(
     let triangle_count = first.triangle_count.saturating_add(second.triangle_count);
     let visible_count = first.visible_count + second.visible_count;
     let occluded_count = tally.hidden_count - second_sums.visible_count;
+    let unskinned = (first.overflow | second.overflow) & overflow::VERTICES;
     FrameTotals {
         visible_count,
         vertex_count,
         triangle_count,
         min_vertex_count: sums.min_vertex_count.saturating_add(second_sums.min_vertex_count),
-        overflow: if vertex_count > config.budget { overflow::BUDGET } else { 0 },
+        overflow: unskinned | if vertex_count > config.budget { overflow::BUDGET } else { 0 },
         needed_vertices: vertex_count,
         needed_triangles: triangle_count,
         draw_count: first.draw_count + second.draw_count,

@@ -2,6 +2,7 @@
 //!
 //! [`run_selection`] runs them in order up to the levels; [`run_frame`] goes on to the buffers of the draw.
 
+mod blend_palettes;
 mod build_pyramid;
 mod cull_by_depth;
 mod cull_instances;
@@ -10,26 +11,30 @@ mod fit_budget;
 mod gather_drawn;
 mod join_phases;
 mod key_instances;
+mod place_buckets;
 mod place_vertices;
 mod pose_instance;
 mod recall_seen;
 mod reform_triangles;
 mod scan_counts;
 mod select_lod;
+mod skin_vertices;
 mod sort_instances;
 mod sum_weights;
 mod test_occlusion;
 mod write_bucket_args;
 mod write_draw_args;
 
+pub use blend_palettes::blend_palettes;
 pub use build_pyramid::build_pyramid;
 pub use cull_by_depth::{box_center, cull_by_depth};
 pub use cull_instances::{FLOAT_BOUND, PLANE_BOUND_M, cull_instances, world_sphere};
 pub use fill_budget::{FILL_PASSES, fill_budget};
 pub use fit_budget::fit_budget;
-pub use gather_drawn::{DRAWN_BOUND, drawn_instance, gather_drawn};
+pub use gather_drawn::{DRAWN_BOUND, gather_drawn};
 pub use join_phases::{begin_second, join_phases};
 pub use key_instances::{FRACTION_BOUND, key_full_detail, key_instances};
+pub use place_buckets::place_buckets;
 pub use place_vertices::place_vertices;
 pub use pose_instance::{FramePair, PosedInstance, frame_pair, pose_between, pose_instance};
 pub use recall_seen::recall_seen;
@@ -37,6 +42,7 @@ pub(crate) use reform_triangles::surviving;
 pub use reform_triangles::{reform_level, reform_triangles};
 pub use scan_counts::scan_counts;
 pub use select_lod::{QUOTIENT_BOUND, select_lod};
+pub use skin_vertices::{SKIN_BOUND, skin_vertices};
 pub use sort_instances::sort_instances;
 pub use sum_weights::sum_weights;
 pub use test_occlusion::{EDGE_BOUNDS, ScreenBox, is_hidden, screen_box, test_occlusion};

@@ -3,7 +3,7 @@
 use super::reform_triangles::surviving;
 use super::{reform_level, turn, world_from_local};
 use crate::{CrowdData, InstanceRecord, LodChoice, MorphRecord};
-use crowd_pack::{ClipRecord, VertexRecord, decode_normal};
+use crowd_pack::{ClipRecord, decode_normal};
 use glam::{Vec2, Vec3, Vec4};
 
 /// An instance posed on the CPU at its level: what the vertex shader computes, vertex by vertex.
@@ -70,12 +70,12 @@ pub fn pose_between(
     };
     let collapse_map = &data.collapse_map[first..first + vertices.len()];
     for (v, vertex) in vertices.iter().enumerate() {
-        let mut rows = skin_matrix(&palette, vertex);
+        let mut rows = skin_matrix(&palette, vertex.joints, vertex.weights);
         let mut position = Vec3::from_array(vertex.position);
         let mut normal = Vec3::from_array(decode_normal(vertex.normal_oct));
         if v as u32 >= morph.coarser_vertex_count && morph.fraction < 1.0 {
             let origin = &vertices[surviving(collapse_map, v as u32, morph.coarser_vertex_count) as usize];
-            let from = skin_matrix(&palette, origin);
+            let from = skin_matrix(&palette, origin.joints, origin.weights);
             rows = [0, 1, 2].map(|r| from[r].lerp(rows[r], morph.fraction));
             position = Vec3::from_array(origin.position).lerp(position, morph.fraction);
             normal = Vec3::from_array(decode_normal(origin.normal_oct)).lerp(normal, morph.fraction);
@@ -125,12 +125,13 @@ fn blend_palette(data: &CrowdData, instance: &InstanceRecord, time_s: f32) -> Ve
     frame(pair.first).iter().zip(frame(pair.second)).map(blend).collect()
 }
 
-fn skin_matrix(palette: &[Vec4], vertex: &VertexRecord) -> [Vec4; 3] {
+/// Rows of the weighted sum of a vertex's joints.
+pub(super) fn skin_matrix(palette: &[Vec4], joints: [u32; 2], weights: [u32; 2]) -> [Vec4; 3] {
     let mut rows = [Vec4::ZERO; 3];
     for influence in 0..4 {
         let shift = (influence % 2) * 16;
-        let joint = ((vertex.joints[influence / 2] >> shift) & 0xffff) as usize;
-        let weight = ((vertex.weights[influence / 2] >> shift) & 0xffff) as f32 / 65_535.0;
+        let joint = ((joints[influence / 2] >> shift) & 0xffff) as usize;
+        let weight = ((weights[influence / 2] >> shift) & 0xffff) as f32 / 65_535.0;
         if weight > 0.0 {
             for (r, row) in rows.iter_mut().enumerate() {
                 *row += palette[joint * 3 + r] * weight;
@@ -143,7 +144,7 @@ fn skin_matrix(palette: &[Vec4], vertex: &VertexRecord) -> [Vec4; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crowd_pack::{CharacterRecord, encode_normal};
+    use crowd_pack::{CharacterRecord, VertexRecord, encode_normal};
 
     fn clip(frame_count: u32, duration_s: f32) -> ClipRecord {
         ClipRecord { frame_count, duration_s, ..Default::default() }

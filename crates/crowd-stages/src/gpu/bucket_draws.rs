@@ -5,7 +5,7 @@ use super::stage_recorder::StageRecorder;
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use super::vertex_inputs::{MESH_LAYOUT, ORIGIN_LAYOUT, OWNER_LAYOUT};
 use super::{GatherDrawn, KeyInstances, SortInstances, WriteBucketArgs};
-use crate::{BucketRange, DrawArgs, DrawCounts, DrawnInstance, MorphRecord, Result, SortPass};
+use crate::{BucketPlace, BucketRange, DrawArgs, DrawCounts, DrawnInstance, MorphRecord, Result, SortPass};
 use std::mem::size_of;
 use std::ops::Range;
 use wgpu::BufferUsages as Usage;
@@ -17,6 +17,8 @@ pub(crate) struct BucketDraws {
     sorted_keys: wgpu::Buffer,
     sorted: wgpu::Buffer,
     drawn: wgpu::Buffer,
+    ranges: wgpu::Buffer,
+    places: wgpu::Buffer,
     draw_args: wgpu::Buffer,
     draw_counts: wgpu::Buffer,
     key_instances: (KeyInstances, wgpu::BindGroup),
@@ -29,6 +31,15 @@ pub(crate) struct BucketDraws {
     mesh_count: u32,
     /// The adapter takes the number of draws from a buffer.
     counts_draws: bool,
+}
+
+/// What stages between the sorted list and the draws read and write.
+#[derive(Clone, Copy)]
+pub(crate) struct Lists<'a> {
+    pub(crate) sorted_keys: &'a wgpu::Buffer,
+    pub(crate) drawn: &'a wgpu::Buffer,
+    pub(crate) ranges: &'a wgpu::Buffer,
+    pub(crate) places: &'a wgpu::Buffer,
 }
 
 impl BucketDraws {
@@ -65,6 +76,7 @@ impl BucketDraws {
         let ranges = up.empty::<BucketRange>("ranges of buckets", bucket_count.into(), written, fewer)?;
         let draw_args = up.empty::<DrawArgs>("draw arguments", bucket_count.into(), indirect, fewer)?;
         let draw_counts = up.empty::<DrawCounts>("counts of draws", 1, indirect, fewer)?;
+        let places = up.empty::<BucketPlace>("places of buckets", u64::from(bucket_count) + 1, written, fewer)?;
 
         let sort = SortInstances::new(up.device);
         let mut passes = Vec::new();
@@ -119,6 +131,7 @@ impl BucketDraws {
             &morphs,
             &sorted_keys,
             &sorted,
+            &places,
             &drawn,
         );
         Ok(Self {
@@ -127,6 +140,8 @@ impl BucketDraws {
             sorted_keys,
             sorted,
             drawn,
+            ranges,
+            places,
             draw_args,
             draw_counts,
             key_instances: (key, key_bound),
@@ -139,6 +154,12 @@ impl BucketDraws {
             mesh_count: tables.counts.mesh_count,
             counts_draws: up.device.features().contains(wgpu::Features::MULTI_DRAW_INDIRECT_COUNT),
         })
+    }
+
+    /// For stages that go on from the sorted list.
+    pub(crate) fn lists(&self) -> Lists<'_> {
+        let Self { sorted_keys, drawn, ranges, places, .. } = self;
+        Lists { sorted_keys, drawn, ranges, places }
     }
 
     /// For a stage that writes the keys itself.
@@ -158,7 +179,7 @@ impl BucketDraws {
         recorder.stage("key_instances", |pass| key.record(pass, bound, count));
     }
 
-    /// From keys to draw arguments and what vertices need to know.
+    /// From keys to draw arguments.
     pub(crate) fn record_sort(&self, recorder: &mut StageRecorder<'_>, count: u32) {
         recorder.stage("sort_instances", |compute| {
             for (pass, bound) in &self.passes {
@@ -167,6 +188,10 @@ impl BucketDraws {
         });
         let (write, bound) = &self.write_bucket_args;
         recorder.stage("write_bucket_args", |pass| write.record(pass, bound, count, self.bucket_count));
+    }
+
+    /// What vertices need to know of those who are drawn.
+    pub(crate) fn record_drawn(&self, recorder: &mut StageRecorder<'_>, count: u32) {
         let (gather, bound) = &self.gather_drawn;
         recorder.stage("gather_drawn", |pass| gather.record(pass, bound, count));
     }
@@ -211,6 +236,8 @@ impl BucketDraws {
             "morphs" => Some(&self.morphs),
             "sorted_keys" => Some(&self.sorted_keys),
             "sorted_values" => Some(&self.sorted),
+            "ranges" => Some(&self.ranges),
+            "places" => Some(&self.places),
             "drawn" => Some(&self.drawn),
             "draw_args" => Some(&self.draw_args),
             "draw_counts" => Some(&self.draw_counts),

@@ -10,6 +10,7 @@ pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 const RECORDS: &str = include_str!("../../../../shaders/shared/records.wgsl");
 const PLACE: &str = include_str!("../../../../shaders/shared/place.wgsl");
+const FRAMES: &str = include_str!("../../../../shaders/shared/frames.wgsl");
 const SKIN: &str = include_str!("../../../../shaders/shared/skin.wgsl");
 const LIGHT: &str = include_str!("../../../../shaders/shared/light.wgsl");
 const BACKDROP: &str = include_str!("../../../../shaders/draw/backdrop.wgsl");
@@ -23,7 +24,7 @@ pub fn backdrop_source() -> String {
 
 /// The WGSL of the crowd's draw as it is compiled.
 pub fn crowd_source() -> String {
-    [RECORDS, PLACE, SKIN, LIGHT, CROWD, DOTS].concat()
+    [RECORDS, PLACE, FRAMES, SKIN, LIGHT, CROWD, DOTS].concat()
 }
 
 /// What every technique draws with: targets, backdrop, the crowd's shader and its layout.
@@ -76,6 +77,7 @@ impl DrawCrowd {
                 "backdrop",
                 wgpu::CompareFunction::Always,
                 &[],
+                &[],
             ),
             backdrop_bound: bind_backdrop(device, &layouts.backdrop, frame),
             crowd_module: shape.module("crowd", crowd_source()),
@@ -97,15 +99,33 @@ impl DrawCrowd {
         vertex: &str,
         buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
     ) -> wgpu::RenderPipeline {
+        self.pipeline_of(vertex, buffers, &[])
+    }
+
+    /// The same with constants of the shader.
+    pub(crate) fn pipeline_of(
+        &self,
+        vertex: &str,
+        buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
+        constants: &[(&str, f64)],
+    ) -> wgpu::RenderPipeline {
         let shape = Shape { device: &self.device, color_format: self.color_format, sample_count: self.sample_count };
-        shape.pipeline(&self.layouts.crowd, &self.crowd_module, vertex, "shade", wgpu::CompareFunction::Less, buffers)
+        shape.pipeline(
+            &self.layouts.crowd,
+            &self.crowd_module,
+            vertex,
+            "shade",
+            wgpu::CompareFunction::Less,
+            buffers,
+            constants,
+        )
     }
 
     /// The pipeline of dots.
     pub(crate) fn dots_pipeline(&self, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]) -> wgpu::RenderPipeline {
         let shape = Shape { device: &self.device, color_format: self.color_format, sample_count: self.sample_count };
         let Self { layouts, crowd_module, .. } = self;
-        shape.pipeline(&layouts.crowd, crowd_module, "dots", "shade_dot", wgpu::CompareFunction::Less, buffers)
+        shape.pipeline(&layouts.crowd, crowd_module, "dots", "shade_dot", wgpu::CompareFunction::Less, buffers, &[])
     }
 
     /// The crowd's bind group with a technique's own list of owners and their bases.
@@ -116,7 +136,20 @@ impl DrawCrowd {
         slot_instances: &wgpu::Buffer,
         bases: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
-        bind_crowd(&self.device, &self.layouts.crowd, crowd, frame, [slot_instances, bases])
+        let none = &frame.choices;
+        bind_crowd(&self.device, &self.layouts.crowd, crowd, frame, [slot_instances, bases, none, none])
+    }
+
+    /// The same for buckets, with palettes and vertices that were skinned beforehand.
+    pub(crate) fn bind_skinned(
+        &self,
+        crowd: &CrowdBuffers,
+        frame: &FrameBuffers,
+        palettes: &wgpu::Buffer,
+        skinned: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        let none = &frame.choices;
+        bind_crowd(&self.device, &self.layouts.crowd, crowd, frame, [none, &frame.bases_of_none, palettes, skinned])
     }
 
     /// Begins the pass into a `color` of the size that [`Self::fit_targets`] was given last, and draws the backdrop.
@@ -263,6 +296,8 @@ impl Layouts {
                         ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
                         count: None,
                     },
+                    buffer_entry(12, vertex, Use::Read, None),
+                    buffer_entry(13, vertex, Use::Read, None),
                 ],
             ),
         }
@@ -285,7 +320,7 @@ fn bind_crowd(
     layout: &wgpu::BindGroupLayout,
     crowd: &CrowdBuffers,
     frame: &FrameBuffers,
-    [slot_instances, bases]: [&wgpu::Buffer; 2],
+    [slot_instances, bases, palettes, skinned]: [&wgpu::Buffer; 4],
 ) -> wgpu::BindGroup {
     let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
         label: Some("layers"),
@@ -315,6 +350,8 @@ fn bind_crowd(
     entries.push(wgpu::BindGroupEntry { binding: 9, resource: wgpu::BindingResource::TextureView(&crowd.animation) });
     entries.push(wgpu::BindGroupEntry { binding: 10, resource: wgpu::BindingResource::TextureView(&crowd.layers) });
     entries.push(wgpu::BindGroupEntry { binding: 11, resource: wgpu::BindingResource::Sampler(&sampler) });
+    entries.push(wgpu::BindGroupEntry { binding: 12, resource: palettes.as_entire_binding() });
+    entries.push(wgpu::BindGroupEntry { binding: 13, resource: skinned.as_entire_binding() });
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("crowd"), layout, entries: &entries })
 }
 
@@ -341,6 +378,7 @@ impl Shape<'_> {
         fragment: &str,
         depth_compare: wgpu::CompareFunction,
         buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
+        constants: &[(&str, f64)],
     ) -> wgpu::RenderPipeline {
         let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(vertex),
@@ -353,7 +391,7 @@ impl Shape<'_> {
             vertex: wgpu::VertexState {
                 module,
                 entry_point: Some(vertex),
-                compilation_options: Default::default(),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
                 buffers,
             },
             // No culling by the hardware: whether a back face is drawn differs from material to material.

@@ -18,8 +18,18 @@ impl GatherDrawn {
 
     /// Compiles the stage.
     pub fn new(device: &wgpu::Device) -> Self {
-        let uses =
-            [Use::Uniform, Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Read, Use::Read, Use::Read, Use::Write];
+        let uses = [
+            Use::Uniform,
+            Use::Uniform,
+            Use::Read,
+            Use::Read,
+            Use::Read,
+            Use::Read,
+            Use::Read,
+            Use::Read,
+            Use::Read,
+            Use::Write,
+        ];
         Self { kernel: Kernel::new(device, "gather_drawn", Self::source(), &["gather_drawn"], &uses) }
     }
 
@@ -35,11 +45,12 @@ impl GatherDrawn {
         morphs: &wgpu::Buffer,
         sorted_keys: &wgpu::Buffer,
         sorted_values: &wgpu::Buffer,
+        places: &wgpu::Buffer,
         drawn: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
         self.kernel.bind(
             device,
-            &[config, bucket_counts, instances, characters, clips, morphs, sorted_keys, sorted_values, drawn],
+            &[config, bucket_counts, instances, characters, clips, morphs, sorted_keys, sorted_values, places, drawn],
         )
     }
 

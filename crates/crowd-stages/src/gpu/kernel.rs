@@ -15,6 +15,8 @@ pub(crate) enum Use {
     Read,
     /// Storage, read and written.
     Write,
+    /// A texture of layers whose texels are only fetched.
+    Frames,
 }
 
 /// The WGSL a stage is compiled from.
@@ -46,6 +48,14 @@ pub(crate) fn buffer_entry(
     min_binding_size: Option<NonZeroU64>,
 ) -> wgpu::BindGroupLayoutEntry {
     let ty = match kind {
+        Use::Frames => {
+            let ty = wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                view_dimension: wgpu::TextureViewDimension::D2Array,
+                multisampled: false,
+            };
+            return wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+        }
         Use::Uniform => wgpu::BufferBindingType::Uniform,
         Use::Read => wgpu::BufferBindingType::Storage { read_only: true },
         Use::Write => wgpu::BufferBindingType::Storage { read_only: false },
@@ -99,11 +109,17 @@ impl Kernel {
 
     /// Buffers in the order of the shader's bindings.
     pub(crate) fn bind(&self, device: &wgpu::Device, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
-        let entries: Vec<_> = buffers
-            .iter()
-            .enumerate()
-            .map(|(i, buffer)| wgpu::BindGroupEntry { binding: i as u32, resource: buffer.as_entire_binding() })
-            .collect();
+        self.bind_resources(device, buffers.iter().map(|buffer| buffer.as_entire_binding()))
+    }
+
+    /// The same of other things than buffers, too.
+    pub(crate) fn bind_resources<'b>(
+        &self,
+        device: &wgpu::Device,
+        resources: impl IntoIterator<Item = wgpu::BindingResource<'b>>,
+    ) -> wgpu::BindGroup {
+        let entries: Vec<_> =
+            (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(self.name),
             layout: &self.layout,
@@ -125,6 +141,19 @@ impl Kernel {
         pass.set_pipeline(&self.pipelines[entry]);
         pass.set_bind_group(0, bound, &[]);
         pass.dispatch_workgroups(groups.min(FOLD_COLUMNS), groups.div_ceil(FOLD_COLUMNS), 1);
+    }
+
+    /// Dispatches as many groups as a buffer says.
+    pub(crate) fn dispatch_indirect(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        entry: usize,
+        bound: &wgpu::BindGroup,
+        groups: &wgpu::Buffer,
+    ) {
+        pass.set_pipeline(&self.pipelines[entry]);
+        pass.set_bind_group(0, bound, &[]);
+        pass.dispatch_workgroups_indirect(groups, 0);
     }
 }
 

@@ -102,6 +102,8 @@ impl Meters {
 /// What came back of the newest finished frame.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Arrived {
+    /// Its number, from 1.
+    pub(crate) frame: u64,
     pub(crate) totals: Option<FrameTotals>,
     pub(crate) timings_ms: Vec<(&'static str, f32)>,
     /// Runs of the vertex shader over the crowd.
@@ -174,6 +176,11 @@ impl ReadBack {
         Slot { buffer, state, frame: 0, known_totals: None, stages: Vec::new(), draws: 0 }
     }
 
+    /// Number of the frame recorded last, from 1.
+    pub(crate) fn last_frame(&self) -> u64 {
+        self.next_frame
+    }
+
     /// Whether the newest recorded frame has not come back yet.
     pub(crate) fn is_under_way(&self) -> bool {
         let newest = self.slots.iter().max_by_key(|slot| slot.frame);
@@ -195,6 +202,7 @@ impl ReadBack {
                 && let Ok(bytes) = slot.buffer.get_mapped_range(..)
             {
                 self.newest = slot.frame;
+                self.arrived.frame = slot.frame;
                 let (totals, rest) = bytes.split_at(TOTALS_BYTES as usize);
                 let (stamps, runs) = rest.split_at(meters.stamp_bytes() as usize);
                 let read: FrameTotals = bytemuck::pod_read_unaligned(totals);

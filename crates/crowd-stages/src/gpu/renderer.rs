@@ -5,13 +5,14 @@ use super::draw_scenery::DrawScenery;
 use super::occlusion::Occlusion;
 use super::read_back::{self, Meters, ReadBack, RunCounter, StageClock};
 use super::selection::Selection;
+use super::skinning_trial::{SkinningChoice, SkinningTrial};
 use super::stage_recorder::StageRecorder;
 use super::techniques::{self, Floor, FrameContext, Painter, Workshop};
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
 use crate::{
     CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceRecord, Result, SceneryVertex,
-    Technique, Weight,
+    Skinning, Technique, Weight,
 };
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
@@ -19,7 +20,7 @@ use std::time::{Duration, Instant};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
-pub const STAGES: [&str; 18] = [
+pub const STAGES: [&str; 21] = [
     "cull_instances",
     "sum_weights",
     "fill_budget",
@@ -32,7 +33,10 @@ pub const STAGES: [&str; 18] = [
     "key_instances",
     "sort_instances",
     "write_bucket_args",
+    "place_buckets",
     "gather_drawn",
+    "blend_palettes",
+    "skin_vertices",
     "cull_by_depth",
     "recall_seen",
     "build_pyramid",
@@ -80,6 +84,9 @@ pub struct CrowdRenderer {
     painters: [Option<Box<dyn Painter>>; Technique::ALL.len()],
     meters: Meters,
     read_back: ReadBack,
+    trial: SkinningTrial,
+    /// Part of `buffer_bytes`, for what is worked out before the draw.
+    skinning_bytes: u64,
     options: RendererOptions,
     characters: Vec<CharacterRecord>,
     /// Character of each instance.
@@ -118,6 +125,8 @@ impl CrowdRenderer {
             painters: Default::default(),
             meters: Meters { clock: StageClock::new(device, queue, MOST_STAMPED), runs: RunCounter::new(device) },
             read_back: ReadBack::default(),
+            trial: SkinningTrial::default(),
+            skinning_bytes: 0,
             options,
             characters: data.characters.clone(),
             instance_characters: Vec::new(),
@@ -263,6 +272,7 @@ impl CrowdRenderer {
     ) -> Result<()> {
         let options = options.into();
         self.prepare(device, queue, options.technique)?;
+        let skinning = self.prepare_skinning(device, queue, &options);
         self.draw.fit_targets(device, size, options.occludes())?;
         if options.occludes() {
             self.fit_occlusion(device, queue, size)?;
@@ -283,6 +293,7 @@ impl CrowdRenderer {
             occlusion: self.occlusion.as_ref().filter(|_| options.occludes()),
             config: &config,
             options,
+            skinning,
             characters: &self.instance_characters,
             full_detail_totals: &self.full_detail_totals,
         };
@@ -313,6 +324,10 @@ impl CrowdRenderer {
         let known_totals = painter.known_totals(&context);
         let draws = parts.len() as u32;
         self.read_back.record(device, encoder, &self.frame.totals, known_totals, &self.meters, names, draws);
+        if options.technique == Technique::Bucketed {
+            let number = self.read_back.last_frame();
+            self.trial.drawn(number, options.skinning, skinning, self.meters.clock.is_some());
+        }
         Ok(())
     }
 
@@ -328,6 +343,40 @@ impl CrowdRenderer {
         occlusion.fit(&mut up, &self.crowd, &self.frame, self.draw.depth(), size, sample_count)?;
         self.buffer_bytes += up.bytes;
         Ok(())
+    }
+
+    /// Decides where this frame's vertices are worked out, and sets up what that needs.
+    fn prepare_skinning(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, options: &DrawOptions) -> Skinning {
+        if options.technique != Technique::Bucketed {
+            return Skinning::Vertex;
+        }
+        let arrived = self.read_back.collect(&self.meters);
+        self.trial.took(arrived.frame, arrived.timings_ms.iter().map(|(_, ms)| ms).sum());
+        let way = self.trial.way(options.skinning);
+        // Once: whoever asks for another way by name afterwards keeps what that needs.
+        let is_over = options.skinning == Skinning::Auto && self.trial.take_end();
+        let mut up = Uploader { device, queue, bytes: 0 };
+        let Self { crowd, frame, draw, options, painters, .. } = self;
+        let painter = painters[Technique::Bucketed.number()].as_mut().expect("prepared by the caller");
+        if way != Skinning::Vertex {
+            let prepared = painter.prepare_skinning(Workshop { up: &mut up, crowd, frame, draw, options });
+            if let Err(error) = prepared {
+                self.trial.refuse(&error);
+                return Skinning::Vertex;
+            }
+            self.skinning_bytes += up.bytes;
+            self.buffer_bytes += up.bytes;
+        } else if is_over {
+            painter.forget_skinning();
+            self.buffer_bytes -= self.skinning_bytes;
+            self.skinning_bytes = 0;
+        }
+        way
+    }
+
+    /// Where the vertices of [`Technique::Bucketed`] are worked out, when `asked` is asked for, and why there.
+    pub fn skinning(&self, asked: Skinning) -> SkinningChoice {
+        self.trial.choice(asked)
     }
 
     fn complete(&self, config: &FrameConfig, options: &DrawOptions) -> FrameConfig {

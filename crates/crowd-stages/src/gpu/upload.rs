@@ -221,7 +221,12 @@ impl CrowdBuffers {
         Ok(Self {
             characters: up.filled("characters", &data.characters, Usage::STORAGE, fewer)?,
             vertices: up.filled("bytes of vertices", &data.vertices, Usage::STORAGE | Usage::VERTEX, fewer)?,
-            origins: up.filled("bytes of the vertices' origins", &buckets.origins(data), Usage::VERTEX, fewer)?,
+            origins: up.filled(
+                "bytes of the vertices' origins",
+                &buckets.origins(data),
+                Usage::STORAGE | Usage::VERTEX,
+                fewer,
+            )?,
             triangles: up.filled("bytes of triangles", &data.triangles, Usage::STORAGE | Usage::INDEX, fewer)?,
             collapse_map: up.filled("bytes of the collapse map", &data.collapse_map, Usage::STORAGE, fewer)?,
             lods: up.filled("bytes of the LOD tables", &data.lods, Usage::STORAGE, fewer)?,

@@ -9,10 +9,10 @@ use crate::gpu_backend::GpuBackend;
 use crate::gpu_device::Gpu;
 use crate::picture::Picture;
 use crate::plan::{HeadlessPlan, Show};
-use crate::stats::{Frame, Spread, overflow_words};
+use crate::stats::{Frame, Spread, overflow_words, skinning_words};
 use crate::view::{Viewer, frame_config};
 use crate::{Error, Result, Talk};
-use crowd_stages::{FrameTotals, InstanceRecord, Technique, overflow};
+use crowd_stages::{FrameTotals, InstanceRecord, Skinning, Technique, overflow};
 use std::time::Instant;
 
 /// The stage that is not level of detail.
@@ -75,6 +75,7 @@ struct Contender {
     last: FrameTotals,
     vertex_runs: Option<u64>,
     overflow: u32,
+    skinning: &'static str,
 }
 
 fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk: &mut Talk<'_>) -> Result<Vec<Row>> {
@@ -89,9 +90,17 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
         last: FrameTotals::default(),
         vertex_runs: None,
         overflow: 0,
+        skinning: Skinning::Vertex.name(),
     };
     let mut contenders: Vec<Contender> = asked.words.ab.iter().map(new).collect();
     let (warm_up, rounds) = (asked.words.warm_up, asked.words.rounds);
+    let config = frame_config(&viewer.at(start_s), plan.size, start_s, &plan.detail, budget);
+    if crowd.advance(start_s) {
+        backend.set_instances(&crowd.instances)?;
+    }
+    for contender in &contenders {
+        backend.settle_skinning(&config, contender.variant.options(plan.detail.draw))?;
+    }
     for round in 0..warm_up + rounds {
         let time_s = start_s + round.saturating_sub(warm_up) as f32 * dt_s;
         let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
@@ -121,6 +130,15 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
             }
             contender.last = totals;
             contender.vertex_runs = backend.vertex_runs();
+            if options.technique == Technique::Bucketed {
+                contender.skinning = backend.skinning(options).way.name();
+            }
+        }
+    }
+    for contender in contenders.iter().filter(|c| c.variant.technique == Technique::Bucketed) {
+        let options = contender.variant.options(plan.detail.draw);
+        if let Some(words) = skinning_words(&backend.skinning(options)) {
+            talk.say(&format!("{}: {words}", contender.variant));
         }
     }
     talk.say(&format!("{} instances: {rounds} frames each of {} techniques", crowd.instances.len(), contenders.len()));
@@ -175,6 +193,7 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
     Row {
         count,
         technique: contender.variant.to_string(),
+        skinning: contender.skinning,
         budget,
         frames: frames.len() as u32,
         frame_ms: timings.frame_ms,

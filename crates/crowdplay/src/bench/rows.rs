@@ -46,6 +46,8 @@ pub struct Row {
     pub count: u32,
     /// A [`super::variant::Variant`] by name.
     pub technique: String,
+    /// Where its vertices were worked out, a [`crowd_stages::Skinning`] by name.
+    pub skinning: &'static str,
     /// Vertices a frame: N.
     pub budget: u32,
     /// Frames counted.
@@ -99,7 +101,7 @@ pub struct Judged {
 }
 
 /// Columns of the table for spreadsheets.
-const COLUMNS: &str = "adapter,driver,device_type,pack,width,height,samples,rounds,count,technique,budget,frame_ms_median,frame_ms_p95,\
+const COLUMNS: &str = "adapter,driver,device_type,pack,width,height,samples,rounds,count,technique,skinning,budget,frame_ms_median,frame_ms_p95,\
 frame_ratio,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,image_rmse,overflow,features";
 
 impl BenchReport {
@@ -114,11 +116,22 @@ impl BenchReport {
             let texts = [name, driver.trim(), device_type, &self.pack].map(quoted).join(",");
             let [width, height] = self.size;
             let Row {
-                count, technique, budget, frame_ms, visible, outside, occluded, vertices, triangles, draws, ..
+                count,
+                technique,
+                skinning,
+                budget,
+                frame_ms,
+                visible,
+                outside,
+                occluded,
+                vertices,
+                triangles,
+                draws,
+                ..
             } = row;
             let _ = writeln!(
                 csv,
-                "{texts},{width},{height},{},{},{count},{technique},{budget},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{}",
+                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{}",
                 self.samples,
                 self.rounds,
                 frame_ms.median,

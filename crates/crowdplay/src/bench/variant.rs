@@ -1,7 +1,7 @@
 //! What takes part in a bench: a technique, with switches after plus signs.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use crowd_stages::{DrawOptions, Technique};
+use crowd_stages::{DrawOptions, Skinning, Technique};
 use std::fmt;
 use std::str::FromStr;
 
@@ -12,25 +12,33 @@ pub struct Variant {
     pub technique: Technique,
     /// Whom others hide is left out.
     pub occlusion: bool,
+    /// Where its vertices are worked out; `None`: as in the whole bench.
+    pub skinning: Option<Skinning>,
 }
 
 impl Variant {
     /// The switches of its frames: its own over those of the whole bench.
     pub fn options(self, draw: DrawOptions) -> DrawOptions {
-        DrawOptions { technique: self.technique, occlusion: self.occlusion || draw.occlusion, ..draw }
+        DrawOptions {
+            technique: self.technique,
+            occlusion: self.occlusion || draw.occlusion,
+            skinning: self.skinning.unwrap_or(draw.skinning),
+            ..draw
+        }
     }
 }
 
 impl From<Technique> for Variant {
     fn from(technique: Technique) -> Self {
-        Self { technique, occlusion: false }
+        Self { technique, occlusion: false, skinning: None }
     }
 }
 
 impl fmt::Display for Variant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let occlusion = if self.occlusion { "+occlusion" } else { "" };
-        f.pad(&format!("{}{occlusion}", self.technique))
+        let skinning = self.skinning.map(|way| format!("+{}", way.name())).unwrap_or_default();
+        f.pad(&format!("{}{occlusion}{skinning}", self.technique))
     }
 }
 
@@ -40,10 +48,16 @@ impl FromStr for Variant {
     fn from_str(text: &str) -> Result<Self, String> {
         let mut parts = text.split('+');
         let mut variant = Self::from(parts.next().unwrap_or_default().trim().parse::<Technique>()?);
-        for part in parts {
-            match part.trim() {
-                "occlusion" if variant.technique == Technique::Bucketed => variant.occlusion = true,
-                _ => return Err(format!("found {text:?}, allowed bucketed+occlusion")),
+        let is_bucketed = variant.technique == Technique::Bucketed;
+        for part in parts.map(str::trim) {
+            let way = Skinning::WAYS.into_iter().find(|way| way.name() == part);
+            match way {
+                Some(_) if is_bucketed && variant.skinning.is_none() => variant.skinning = way,
+                None if is_bucketed && part == "occlusion" => variant.occlusion = true,
+                _ => {
+                    let ways = Skinning::WAYS.map(Skinning::name).join(", ");
+                    return Err(format!("found {text:?}, allowed after bucketed+: occlusion and one of {ways}"));
+                }
             }
         }
         Ok(variant)
@@ -53,8 +67,14 @@ impl FromStr for Variant {
 /// Reads a variant; the help lists all.
 pub fn variants() -> impl TypedValueParser<Value = Variant> {
     let value = |t: Technique| PossibleValue::new(t.name()).alias(t.short_name()).help(t.describe());
-    let occlusion = PossibleValue::new("bucketed+occlusion").help("The same without those whom others hide");
-    PossibleValuesParser::new(Technique::ALL.map(value).into_iter().chain([occlusion]))
+    let bucketed = |name: &'static str, help: &'static str| PossibleValue::new(name).help(help);
+    let of_bucketed = [
+        bucketed("bucketed+occlusion", "The same without those whom others hide"),
+        bucketed("bucketed+vertex", "Skinned by the vertex shader from two frames"),
+        bucketed("bucketed+palettes", "Skinned by the vertex shader from palettes blended beforehand"),
+        bucketed("bucketed+compute", "Skinned by a compute stage"),
+    ];
+    PossibleValuesParser::new(Technique::ALL.map(value).into_iter().chain(of_bucketed))
         .try_map(|name| name.parse::<Variant>())
 }
 
@@ -64,13 +84,17 @@ mod tests {
 
     #[test]
     fn variants_are_read_back_and_nonsense_is_refused() {
-        for name in ["bucketed", "reform", "bucketed+occlusion"] {
+        for name in ["bucketed", "reform", "bucketed+occlusion", "bucketed+compute", "bucketed+occlusion+vertex"] {
             assert_eq!(name.parse::<Variant>().unwrap().to_string(), name);
         }
         let draw = DrawOptions::default();
         assert!("bucketed+occlusion".parse::<Variant>().unwrap().options(draw).occludes());
+        let way = |name: &str| name.parse::<Variant>().unwrap().options(draw).skinning;
+        assert_eq!([way("bucketed"), way("bucketed+palettes")], [Skinning::Auto, Skinning::Palettes]);
         assert!(!"bucketed".parse::<Variant>().unwrap().options(draw).occludes());
-        for name in ["", "b9", "reform+occlusion", "bucketed+speed", "bucketed+"] {
+        for name in
+            ["", "b9", "reform+occlusion", "bucketed+speed", "bucketed+", "b3+compute", "bucketed+vertex+compute"]
+        {
             assert!(name.parse::<Variant>().is_err(), "{name}");
         }
     }

@@ -40,7 +40,7 @@ const FOREIGN: [&str; 8] =
 /// What only a bench is asked.
 #[derive(Debug, Clone, clap::Args)]
 pub struct BenchWords {
-    /// Techniques that draw in turn, by name: b0, b3, bucketed, bucketed+occlusion, ...; the first is what the others are
+    /// Techniques that draw in turn, by name: b0, b3, bucketed, bucketed+occlusion, bucketed+compute, ...; the first is what the others are
     /// compared with
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true, value_parser = variants(),
           help_heading = "Bench")]

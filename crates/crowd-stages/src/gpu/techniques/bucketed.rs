@@ -1,9 +1,10 @@
 //! Ours: instances sorted by character and quantised level, one indirect draw a bucket from the level's index table.
 
 use super::{FrameContext, Painter, Workshop};
-use crate::Result;
 use crate::gpu::bucket_draws::BucketDraws;
+use crate::gpu::pre_skinning::PreSkinning;
 use crate::gpu::stage_recorder::StageRecorder;
+use crate::{Result, Skinning};
 
 /// The buckets' draws, keyed by the levels that the budget allows; their vertices may move between levels.
 pub(crate) struct Bucketed {
@@ -11,6 +12,17 @@ pub(crate) struct Bucketed {
     pipeline: wgpu::RenderPipeline,
     morphing: wgpu::RenderPipeline,
     dots: wgpu::RenderPipeline,
+    bound: wgpu::BindGroup,
+    /// Set up when it is first asked for.
+    beforehand: Option<Beforehand>,
+}
+
+/// Draws from what was worked out beforehand.
+struct Beforehand {
+    skinning: PreSkinning,
+    from_palettes: wgpu::RenderPipeline,
+    from_palettes_morphing: wgpu::RenderPipeline,
+    skinned: wgpu::RenderPipeline,
     bound: wgpu::BindGroup,
 }
 
@@ -22,11 +34,36 @@ impl Bucketed {
         let pipeline = draw.pipeline_with("bucketed", &BucketDraws::INPUTS);
         let morphing = draw.pipeline_with("bucketed_morphing", &BucketDraws::MORPHING_INPUTS);
         let dots = draw.dots_pipeline(&BucketDraws::INPUTS);
-        Ok(Self { draws, pipeline, morphing, dots, bound })
+        Ok(Self { draws, pipeline, morphing, dots, bound, beforehand: None })
+    }
+
+    fn beforehand(&self, context: &FrameContext<'_>) -> Option<&Beforehand> {
+        self.beforehand.as_ref().filter(|_| context.skinning != Skinning::Vertex)
     }
 }
 
 impl Painter for Bucketed {
+    fn prepare_skinning(&mut self, workshop: Workshop<'_, '_>) -> Result<()> {
+        if self.beforehand.is_some() {
+            return Ok(());
+        }
+        let Workshop { up, crowd, frame, draw, options } = workshop;
+        let skinning = PreSkinning::new(up, crowd, frame, options, &self.draws)?;
+        let palettes = [("HAS_PALETTES", 1.0)];
+        self.beforehand = Some(Beforehand {
+            from_palettes: draw.pipeline_of("bucketed", &BucketDraws::INPUTS, &palettes),
+            from_palettes_morphing: draw.pipeline_of("bucketed_morphing", &BucketDraws::MORPHING_INPUTS, &palettes),
+            skinned: draw.pipeline_with("bucketed_skinned", &BucketDraws::MORPHING_INPUTS),
+            bound: draw.bind_skinned(crowd, frame, &skinning.palettes, &skinning.skinned),
+            skinning,
+        });
+        Ok(())
+    }
+
+    fn forget_skinning(&mut self) {
+        self.beforehand = None;
+    }
+
     fn record_stages(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
         match context.occlusion {
             Some(occlusion) => occlusion.record_first(recorder, context.selection, context.config, &context.options),
@@ -39,11 +76,23 @@ impl Painter for Bucketed {
         let count = context.config.instance_count;
         self.draws.record_keys(recorder, count);
         self.draws.record_sort(recorder, count);
+        match self.beforehand(context) {
+            Some(beforehand) => {
+                beforehand.skinning.record(recorder, &self.draws, count, context.skinning == Skinning::Compute);
+            }
+            None => self.draws.record_drawn(recorder, count),
+        }
     }
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {
-        pass.set_pipeline(if context.config.morph == 1 { &self.morphing } else { &self.pipeline });
-        pass.set_bind_group(0, &self.bound, &[]);
+        let morphs = context.config.morph == 1;
+        let (pipeline, bound) = match self.beforehand(context) {
+            Some(b) if context.skinning == Skinning::Compute => (&b.skinned, &b.bound),
+            Some(b) => (if morphs { &b.from_palettes_morphing } else { &b.from_palettes }, &b.bound),
+            None => (if morphs { &self.morphing } else { &self.pipeline }, &self.bound),
+        };
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, bound, &[]);
         self.draws.draw(pass, context.crowd);
         if context.config.dot_area_px2 > 0.0 {
             pass.set_pipeline(&self.dots);
@@ -52,6 +101,7 @@ impl Painter for Bucketed {
     }
 
     fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
-        self.draws.buffer(name)
+        let beforehand = self.beforehand.as_ref().and_then(|b| b.skinning.buffer(name));
+        beforehand.or_else(|| self.draws.buffer(name))
     }
 }

@@ -51,6 +51,7 @@ impl Painter for Discrete {
         let (cull, bound) = &self.cull_by_depth;
         recorder.stage("cull_by_depth", |pass| cull.record(pass, bound, count));
         self.draws.record_sort(recorder, count);
+        self.draws.record_drawn(recorder, count);
     }
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {

@@ -29,6 +29,7 @@ impl Painter for Instanced {
         context.selection.record_culling(recorder, count);
         self.draws.record_full_detail_keys(recorder, count);
         self.draws.record_sort(recorder, count);
+        self.draws.record_drawn(recorder, count);
     }
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {

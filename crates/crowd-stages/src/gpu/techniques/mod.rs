@@ -15,7 +15,7 @@ use super::renderer::RendererOptions;
 use super::selection::Selection;
 use super::stage_recorder::StageRecorder;
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
-use crate::{DrawOptions, Error, FrameConfig, FrameTotals, Result, Technique};
+use crate::{DrawOptions, Error, FrameConfig, FrameTotals, Result, Skinning, Technique};
 
 /// What there is when a technique is set up.
 pub(crate) struct Workshop<'a, 'd> {
@@ -34,6 +34,8 @@ pub(crate) struct FrameContext<'a> {
     pub(crate) occlusion: Option<&'a Occlusion>,
     pub(crate) config: &'a FrameConfig,
     pub(crate) options: DrawOptions,
+    /// Where vertices are worked out; never [`Skinning::Auto`].
+    pub(crate) skinning: Skinning,
     /// Character of each instance.
     pub(crate) characters: &'a [u32],
     /// What drawing all instances at full detail comes to.
@@ -47,6 +49,13 @@ pub(crate) trait Painter: Send + Sync {
 
     /// Records the stages after the levels once more, for instances that were chosen after the first draw.
     fn record_again(&self, _recorder: &mut StageRecorder<'_>, _context: &FrameContext<'_>) {}
+    /// Sets up what works out vertices before the draw, unless it is.
+    fn prepare_skinning(&mut self, _workshop: Workshop<'_, '_>) -> Result<()> {
+        Ok(())
+    }
+
+    /// Gives back what that took.
+    fn forget_skinning(&mut self) {}
 
     /// Draws the crowd into a pass that has the backdrop in it.
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>);

@@ -1,0 +1,166 @@
+//! Which way of skinning takes this adapter the least time: tried in turn over the first frames.
+
+use crate::{Error, Skinning};
+
+/// Frames of each way that count, after one that compiles its shaders.
+const ROUNDS: usize = 3;
+/// Frames after which a trial whose times do not come back is over.
+const MOST_FRAMES: u32 = 60;
+/// Share of the vertex shader's time below which another way is worth its memory.
+const WORTH: f32 = 0.98;
+
+/// How vertices are skinned, and why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SkinningChoice {
+    /// The way of the newest frame.
+    pub way: Skinning,
+    /// Whether it stays: asked for, refused or measured to its end.
+    pub is_settled: bool,
+    /// GPU milliseconds a frame, medians of [`Skinning::WAYS`], once measured.
+    pub measured_ms: Option<[f32; 3]>,
+    /// Why it is not what was asked for.
+    pub refused: Option<String>,
+}
+
+/// The trial of one renderer.
+#[derive(Debug, Default)]
+pub(crate) struct SkinningTrial {
+    frames: u32,
+    /// Frames under way.
+    awaited: Vec<(u64, Skinning)>,
+    times_ms: [Vec<f32>; 3],
+    outcome: Option<(Skinning, Option<[f32; 3]>)>,
+    refused: Option<String>,
+    newest: Option<Skinning>,
+    end_is_known: bool,
+}
+
+impl SkinningTrial {
+    /// The way that the next frame is drawn, when `asked` was asked for.
+    pub(crate) fn way(&self, asked: Skinning) -> Skinning {
+        match asked {
+            _ if self.refused.is_some() => Skinning::Vertex,
+            Skinning::Auto => match self.outcome {
+                Some((way, _)) => way,
+                None => Skinning::WAYS[self.frames as usize % Skinning::WAYS.len()],
+            },
+            way => way,
+        }
+    }
+
+    /// What a way needs does not fit: the vertex shader does it from now on.
+    pub(crate) fn refuse(&mut self, error: &Error) {
+        self.refused = Some(error.to_string());
+    }
+
+    /// Frame `number` was recorded in that way. `can_measure`: its times will come back.
+    pub(crate) fn drawn(&mut self, number: u64, asked: Skinning, way: Skinning, can_measure: bool) {
+        self.newest = Some(way);
+        if asked != Skinning::Auto || self.outcome.is_some() {
+            return;
+        }
+        self.frames += 1;
+        self.awaited.push((number, way));
+        if !can_measure || self.frames > MOST_FRAMES {
+            self.outcome = Some((Skinning::Vertex, None));
+        }
+    }
+
+    /// Frame `number` took so long on the GPU.
+    pub(crate) fn took(&mut self, number: u64, ms: f32) {
+        let Some(place) = self.awaited.iter().position(|(awaited, _)| *awaited == number) else { return };
+        let (_, way) = self.awaited[place];
+        // Frames before it that have not come by now never will.
+        self.awaited.drain(..=place);
+        let Some(index) = Skinning::WAYS.iter().position(|w| *w == way) else { return };
+        self.times_ms[index].push(ms);
+        if self.outcome.is_none() && self.times_ms.iter().all(|times| times.len() > ROUNDS) {
+            let medians = [0, 1, 2].map(|w| median(&self.times_ms[w][1..]));
+            self.outcome = Some((fastest(medians), Some(medians)));
+        }
+    }
+
+    /// Whether the trial has ended since this was asked last.
+    pub(crate) fn take_end(&mut self) -> bool {
+        let has_ended = self.outcome.is_some() && !self.end_is_known;
+        self.end_is_known |= has_ended;
+        has_ended
+    }
+
+    pub(crate) fn choice(&self, asked: Skinning) -> SkinningChoice {
+        SkinningChoice {
+            way: self.newest.unwrap_or(self.way(asked)),
+            is_settled: asked != Skinning::Auto || self.refused.is_some() || self.outcome.is_some(),
+            measured_ms: self.outcome.and_then(|(_, ms)| ms),
+            refused: self.refused.clone(),
+        }
+    }
+}
+
+/// The vertex shader unless another is worth its memory.
+fn fastest(medians: [f32; 3]) -> Skinning {
+    let mut best = (Skinning::Vertex, medians[0] * WORTH);
+    for (way, ms) in Skinning::WAYS.into_iter().zip(medians).skip(1) {
+        if ms < best.1 {
+            best = (way, ms);
+        }
+    }
+    best.0
+}
+
+fn median(times: &[f32]) -> f32 {
+    let mut sorted = times.to_vec();
+    sorted.sort_by(f32::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Frames whose times come back one frame late, `of` milliseconds by way; the first of each is slow.
+    fn tried(of: [f32; 3]) -> SkinningTrial {
+        let mut trial = SkinningTrial::default();
+        for number in 0..20 {
+            let way = trial.way(Skinning::Auto);
+            trial.drawn(number, Skinning::Auto, way, true);
+            if number > 0 {
+                let before = Skinning::WAYS[(number as usize - 1) % 3] as usize - 1;
+                trial.took(number - 1, if number < 4 { 1000.0 } else { of[before] });
+            }
+        }
+        trial
+    }
+
+    #[test]
+    fn the_fastest_way_stays_and_ties_go_to_the_vertex_shader() {
+        let way = |of| tried(of).choice(Skinning::Auto);
+        assert_eq!(way([3.0, 2.0, 1.0]).way, Skinning::Compute);
+        assert_eq!(way([3.0, 2.0, 2.5]).way, Skinning::Palettes);
+        assert_eq!(way([3.0, 2.99, 2.98]).way, Skinning::Vertex);
+        assert_eq!(way([1.0, 2.0, 3.0]).measured_ms, Some([1.0, 2.0, 3.0]));
+        assert!(way([1.0, 2.0, 3.0]).is_settled);
+    }
+
+    #[test]
+    fn what_was_asked_for_is_done_unless_it_does_not_fit() {
+        let mut trial = SkinningTrial::default();
+        assert_eq!(trial.way(Skinning::Compute), Skinning::Compute);
+        assert!(trial.choice(Skinning::Compute).is_settled && !trial.choice(Skinning::Auto).is_settled);
+        trial.refuse(&Error::NoFloor);
+        assert_eq!(trial.way(Skinning::Compute), Skinning::Vertex);
+        assert!(trial.choice(Skinning::Auto).is_settled && trial.choice(Skinning::Auto).refused.is_some());
+    }
+
+    #[test]
+    fn without_times_the_vertex_shader_does_it() {
+        let mut trial = SkinningTrial::default();
+        trial.drawn(0, Skinning::Auto, Skinning::Vertex, false);
+        assert_eq!(trial.way(Skinning::Auto), Skinning::Vertex);
+        assert!(trial.choice(Skinning::Auto).is_settled);
+        // Times that never come back end it, too.
+        let mut trial = SkinningTrial::default();
+        (0..100).for_each(|number| trial.drawn(number, Skinning::Auto, Skinning::Palettes, true));
+        assert_eq!(trial.way(Skinning::Auto), Skinning::Vertex);
+    }
+}

@@ -1,0 +1,37 @@
+//! `blend_palettes` on the GPU against its twin, fed with what the GPU gathered: within rounding.
+
+use crate::cases::{buckets, case, data};
+use crate::whole_chain::{OPTIONS, draw, renderer};
+use crowd_stages::{DrawOptions, DrawnInstance, Skinning, Technique, Weight, cpu};
+use crowd_tests::gpu::{self, Picture};
+
+/// A share of a matrix entry of a few metres.
+const BOUND: f32 = 1e-6;
+
+fn first_apart(gpu: &[[f32; 4]], cpu: &[[f32; 4]]) -> Option<String> {
+    let apart = |(a, b): (&[f32; 4], &[f32; 4])| {
+        a.iter().zip(b).any(|(a, b)| (a - b).abs() > BOUND * a.abs().max(b.abs()).max(1.0))
+    };
+    let row = gpu.iter().zip(cpu).position(apart)?;
+    Some(format!("row {row}: {:?} on the GPU, {:?} on the CPU", gpu[row], cpu[row]))
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn palettes_agree_for_everyone_drawn() {
+    let case = case(5000, 30, Weight::Area);
+    let picture = Picture::new((64, 36));
+    let mut renderer = renderer(OPTIONS, &case.instances);
+    let options = DrawOptions { skinning: Skinning::Palettes, ..DrawOptions::from(Technique::Bucketed) };
+    let visible = draw(&mut renderer, &picture, &case.config, options).visible_count as usize;
+    let buffer = |name| renderer.buffer(Technique::Bucketed, name).expect("bucketing writes it");
+    let drawn: Vec<DrawnInstance> = gpu::read(buffer("drawn"), visible);
+    let expected = cpu::blend_palettes(data(), buckets(), &drawn);
+    let palettes: Vec<[f32; 4]> = gpu::read(buffer("palettes"), expected.len());
+    assert!(visible > 500 && drawn.iter().any(|one| one.blend > 0.3 && one.blend < 0.7));
+    assert_eq!(first_apart(&palettes, &expected), None);
+
+    // The comparison can fail: these are not the nearest frames' matrices, as the papers have them.
+    let nearest: Vec<DrawnInstance> = drawn.iter().map(|one| DrawnInstance { blend: 0.0, ..*one }).collect();
+    assert!(first_apart(&palettes, &cpu::blend_palettes(data(), buckets(), &nearest)).is_some());
+}

@@ -1,0 +1,188 @@
+//! `skin_vertices` on the GPU against its twin: within a bound; and pictures of all ways to skin, which are one.
+
+use crate::cases::{Case, buckets, case, cases, data, first_difference};
+use crate::gather_drawn::{on_cpu, sorted};
+use crate::whole_chain::{OPTIONS, close_up, compare, draw, renderer};
+use crowd_stages::gpu::{RendererOptions, SkinVertices};
+use crowd_stages::{
+    BucketPlace, BucketRange, DispatchArgs, DrawOptions, DrawnInstance, FrameConfig, SkinnedVertex, Skinning,
+    Technique, Weight, cpu, overflow,
+};
+use crowd_tests::gpu::{self, Picture};
+
+/// What the stage is fed with.
+struct Fed {
+    ranges: Vec<BucketRange>,
+    places: Vec<BucketPlace>,
+    dispatch: DispatchArgs,
+    drawn: Vec<DrawnInstance>,
+    palettes: Vec<[f32; 4]>,
+}
+
+fn fed(case: &Case, vertex_capacity: u32) -> Fed {
+    let sorted = sorted(case, vertex_capacity);
+    let drawn = on_cpu(case, &sorted);
+    let (places, dispatch, _) = cpu::place_buckets(buckets(), &sorted.ranges, vertex_capacity);
+    let palettes = cpu::blend_palettes(data(), buckets(), &drawn);
+    Fed { ranges: sorted.ranges, places, dispatch, drawn, palettes }
+}
+
+impl Fed {
+    fn count(&self) -> usize {
+        self.places.last().map_or(0, |end| end.vertex_base as usize)
+    }
+
+    fn on_gpu(&self) -> Vec<SkinnedVertex> {
+        let stage = SkinVertices::new(&gpu::device().0);
+        let skinned = gpu::output::<SkinnedVertex>(self.count());
+        let bound = stage.bind(
+            &gpu::device().0,
+            &gpu::uniform(&buckets().counts()),
+            &gpu::storage(&self.places),
+            &gpu::storage(&self.drawn),
+            &gpu::storage(&data().vertices),
+            &gpu::storage(&buckets().origins(data())),
+            &gpu::storage(&self.palettes),
+            &skinned,
+        );
+        let dispatch = gpu::indirect(&self.dispatch);
+        gpu::run(|pass| stage.record(pass, &bound, &dispatch));
+        gpu::read(&skinned, self.count())
+    }
+
+    fn on_cpu(&self) -> Vec<SkinnedVertex> {
+        let Self { ranges, places, drawn, palettes, .. } = self;
+        cpu::skin_vertices(data(), buckets(), &buckets().origins(data()), ranges, places, drawn, palettes)
+    }
+}
+
+fn first_apart(gpu: &[SkinnedVertex], cpu: &[SkinnedVertex]) -> Option<String> {
+    let numbers = |s: &SkinnedVertex| [s.x, s.y, s.z, s.normal_x, s.normal_y, s.normal_z];
+    let apart = |(a, b): (&SkinnedVertex, &SkinnedVertex)| {
+        numbers(a).iter().zip(numbers(b)).any(|(a, b)| (a - b).abs() > cpu::SKIN_BOUND * b.abs().max(1.0))
+    };
+    let i = gpu.iter().zip(cpu).position(apart)?;
+    Some(format!("vertex {i}: {:?} on the GPU, {:?} on the CPU", gpu[i], cpu[i]))
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn skinned_vertices_agree_for_all_sizes() {
+    for case in cases().filter(|case| case.count() <= 1000) {
+        for capacity in [u32::MAX, case.count() * 10] {
+            let fed = fed(&case, capacity);
+            let (gpu, cpu) = (fed.on_gpu(), fed.on_cpu());
+            assert_eq!(gpu.len(), cpu.len());
+            assert_eq!(first_apart(&gpu, &cpu), None, "{} instances, {capacity}", case.count());
+        }
+    }
+}
+
+#[test]
+fn vertices_lie_where_the_whole_pose_has_them_and_one_that_moved_is_seen() {
+    let case = case(200, 60, Weight::Area);
+    let fed = fed(&case, u32::MAX);
+    let skinned = fed.on_cpu();
+    assert_eq!(skinned.len(), fed.count());
+    let mut changed = skinned.clone();
+    changed[skinned.len() / 2].z += 1e-3;
+    assert!(first_apart(&changed, &skinned).is_some() && first_apart(&skinned, &skinned).is_none());
+
+    // Against the oracle of the vertex shader, without turn and place.
+    let sorted = sorted(&case, u32::MAX);
+    let mut compared = 0;
+    for (entry, (key, i)) in sorted.keys.iter().zip(&sorted.values).enumerate().take(fed.drawn.len()) {
+        let record = buckets().records[*key as usize];
+        let choice =
+            crowd_stages::LodChoice { vertex_count: record.vertex_count, triangle_count: record.triangle_count };
+        let home = crowd_stages::InstanceRecord {
+            position: [0.0; 3],
+            yaw_rad: 0.0,
+            scale: 1.0,
+            ..case.instances[*i as usize]
+        };
+        let posed = cpu::pose_between(data(), &home, choice, sorted.morphs[*i as usize], case.config.time_s);
+        let first = fed.drawn[entry].vertex_base as usize;
+        for (at, position) in skinned[first..].iter().zip(&posed.positions) {
+            let near = [at.x, at.y, at.z].iter().zip(position).all(|(a, b)| (a - b).abs() < 1e-4);
+            assert!(near, "entry {entry}: {at:?}, posed {position:?}");
+            compared += 1;
+        }
+    }
+    assert!(compared == skinned.len() && compared > 500, "{compared} vertices");
+}
+
+fn way(skinning: Skinning, no_morph: bool) -> DrawOptions {
+    DrawOptions { technique: Technique::Bucketed, no_morph, skinning, ..Default::default() }
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn all_ways_to_skin_give_the_same_picture() {
+    let (instances, config) = close_up();
+    let config = FrameConfig { budget: 6000, ..config };
+    let mut renderer = renderer(OPTIONS, &instances);
+    let picture = Picture::new((640, 360));
+    let mut pictures = Vec::new();
+    for no_morph in [false, true] {
+        let totals = draw(&mut renderer, &picture, &config, way(Skinning::Vertex, no_morph));
+        let of_vertex_shader = picture.pixels();
+        assert_eq!(renderer.skinning(Skinning::Vertex).way, Skinning::Vertex);
+        for skinning in [Skinning::Palettes, Skinning::Compute] {
+            assert_eq!(draw(&mut renderer, &picture, &config, way(skinning, no_morph)), totals);
+            assert_eq!(renderer.skinning(skinning).way, skinning);
+            // The same products and sums in the same order.
+            assert_eq!(compare(&picture.pixels(), &of_vertex_shader).max, 0, "{skinning:?}, no_morph {no_morph}");
+        }
+        pictures.push(of_vertex_shader);
+    }
+    assert!(compare(&pictures[0], &pictures[1]).share_over(8) > 0.005, "morphs are seen");
+    let bytes = renderer.buffer(Technique::Bucketed, "skinned").expect("skinned beforehand").size();
+    assert_eq!(bytes, u64::from(OPTIONS.max_vertices) * 24);
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn auto_tries_all_ways_and_keeps_one() {
+    let (instances, config) = close_up();
+    let mut renderer = renderer(OPTIONS, &instances);
+    let picture = Picture::new((640, 360));
+    let mut seen = std::collections::BTreeSet::new();
+    let mut first = None;
+    for _ in 0..20 {
+        draw(&mut renderer, &picture, &config, Technique::Bucketed);
+        let choice = renderer.skinning(Skinning::Auto);
+        seen.insert(choice.way.name());
+        let pixels = picture.pixels();
+        assert_eq!(first_difference(&pixels, first.get_or_insert(pixels.clone())), None);
+    }
+    let choice = renderer.skinning(Skinning::Auto);
+    assert_eq!(seen.len(), 3, "{seen:?}");
+    assert!(choice.is_settled && choice.refused.is_none(), "{choice:?}");
+    assert!(choice.measured_ms.is_some_and(|ms| ms.iter().all(|ms| *ms > 0.0)), "{choice:?}");
+    // What is not used is given back.
+    let has_room = renderer.buffer(Technique::Bucketed, "skinned").is_some();
+    assert_eq!(has_room, choice.way != Skinning::Vertex);
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn without_room_the_vertex_shader_skins_or_totals_say_what_is_missing() {
+    let (instances, config) = close_up();
+    let picture = Picture::new((640, 360));
+    // More than a binding holds.
+    let huge = RendererOptions { max_vertices: 8_000_000, ..OPTIONS };
+    let mut first = renderer(huge, &instances);
+    let limit = gpu::device().0.limits().max_storage_buffer_binding_size;
+    if limit < 8_000_000 * 24 {
+        let totals = draw(&mut first, &picture, &config, way(Skinning::Compute, false));
+        let choice = first.skinning(Skinning::Compute);
+        assert_eq!((choice.way, totals.overflow), (Skinning::Vertex, 0));
+        assert!(choice.refused.is_some_and(|why| why.contains("skinned vertices")));
+    }
+    // Fewer than are drawn.
+    let mut second = renderer(RendererOptions { max_vertices: 2000, ..OPTIONS }, &instances);
+    let totals = draw(&mut second, &picture, &config, way(Skinning::Compute, false));
+    assert_eq!(totals.overflow & overflow::VERTICES, overflow::VERTICES, "{totals:?}");
+    assert!(totals.needed_vertices > 2000);
+}
