@@ -280,6 +280,27 @@ fn nobody_who_owns_a_pixel_is_missing_while_the_camera_walks_and_jumps() {
     }
 }
 
+/// Both phases skin what they draw, one after the other into the same buffers.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn skinned_beforehand_both_phases_draw_the_same_picture() {
+    let street = street();
+    let mut renderer = renderer(1);
+    renderer.set_instances(&gpu::device().1, &street.instances).expect("valid");
+    let picture = Picture::new((WIDTH, HEIGHT));
+    let mut occluded = 0;
+    for (frame, skinning) in (0..EYES.len()).zip([Skinning::Compute, Skinning::Palettes].into_iter().cycle()) {
+        let config = street.config(frame);
+        draw(&mut renderer, &picture, &config, DrawOptions { occlusion: false, ..ON });
+        let without = picture.pixels();
+        for _ in 0..2 {
+            occluded += draw(&mut renderer, &picture, &config, DrawOptions { skinning, ..ON }).occluded_count;
+            assert!(picture.pixels() == without, "frame {frame}, {}", skinning.name());
+        }
+    }
+    assert!(occluded > 0, "somebody is hidden");
+}
+
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn nobody_is_missing_when_the_people_move_or_are_others() {
