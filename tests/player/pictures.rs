@@ -37,6 +37,24 @@ fn cpu_and_gpu_count_the_same() {
     }
 }
 
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: needs an adapter")]
+fn wherever_vertices_are_skinned_the_picture_is_the_same_and_the_report_says_where() {
+    let scene = Scene::new();
+    let words = |way: &'static str| with(&["--backend", "gpu", "--budget", "4000", "--skinning", way]);
+    let picture = scene.picture(&words("vertex"));
+    for way in ["palettes", "compute"] {
+        assert_eq!(scene.picture(&words(way)), picture, "{way}");
+        let report = scene.report(&[&words(way)[..], &["--frames", "2"]].concat());
+        assert_eq!(report["skinning"], way);
+        assert!(report["frames"][1]["stages_ms"]["blend_palettes"].is_number(), "{way}");
+    }
+    // One frame is no trial; many are, and they say what came out.
+    let report = scene.report(&[&words("auto")[..], &["--frames", "20"]].concat());
+    assert_eq!(report["skinning_ms"].as_array().map(Vec::len), Some(3), "{}", report["skinning"]);
+    assert!(scene.report(&words("auto"))["skinning_ms"].is_null());
+}
+
 /// The comparator must see what it is there to see.
 #[test]
 fn a_shift_by_one_pixel_exceeds_the_bound() {
