@@ -37,11 +37,20 @@ fn lines(p: vec2f, foot: vec2f, period: f32, width_m: f32) -> f32 {
     return 1.0 - (1.0 - x) * (1.0 - z);
 }
 
-fn ground_color(p: vec2f, foot: vec2f, distance_m: f32) -> vec3f {
+// What is left of the ground's colour in the shadow.
+fn ground_shade(p: vec3f) -> vec3f {
+    if shadow.cascade_count == 0u {
+        return vec3f(1.0);
+    }
+    let up = vec3f(0.0, 1.0, 0.0);
+    return light_at(up, sun_share(p, up)) / light_at(up, 1.0);
+}
+
+fn ground_color(p: vec2f, foot: vec2f, distance_m: f32, shade: vec3f) -> vec3f {
     let narrow = lines(p, foot, 1.0, LINE_WIDTH_M);
     let wide = lines(p, foot, 10.0, WIDE_LINE_WIDTH_M);
     let near = exp(-distance_m / FADE_M);
-    return mix(SKY_HORIZON, mix(GROUND, GROUND_LINE, max(LINE_STRENGTH * narrow, wide)), near);
+    return mix(SKY_HORIZON, mix(GROUND, GROUND_LINE, max(LINE_STRENGTH * narrow, wide)) * shade, near);
 }
 
 @fragment
@@ -66,5 +75,5 @@ fn backdrop(@builtin(position) pixel: vec4f) -> Backdrop {
     let px = t * (dx - d * (dx.y / d.y));
     let py = t * (dy - d * (dy.y / d.y));
     let foot = max(max(abs(px.xz), abs(py.xz)), vec2f(1e-4));
-    return Backdrop(vec4f(ground_color(p.xz, foot, distance(p, config.eye)), 1.0), depth);
+    return Backdrop(vec4f(ground_color(p.xz, foot, distance(p, config.eye), ground_shade(p)), 1.0), depth);
 }

@@ -256,5 +256,24 @@ fn shade(surface: Surface, @builtin(front_facing) is_front: bool) -> @location(0
     } else if !is_front {
         normal = -normal;
     }
-    return vec4f(base.rgb * light_at(normalize(normal)), 1.0);
+    normal = normalize(normal);
+    return vec4f(base.rgb * light_at(normal, sun_share(surface.world_position, normal)), 1.0);
+}
+
+// Depth alone, for the shadow maps: what is cut out throws no shadow.
+@fragment
+fn mask(surface: Surface) {
+    let uv_dx = dpdx(surface.uv);
+    let uv_dy = dpdy(surface.uv);
+    let material = materials[surface.material];
+    if material.alpha_cutoff <= 0.0 {
+        return;
+    }
+    var alpha = material.base_color.a * surface.color.a;
+    if material.image != NONE {
+        alpha *= sample_layer(material, surface.uv, uv_dx, uv_dy).a;
+    }
+    if alpha < material.alpha_cutoff {
+        discard;
+    }
 }

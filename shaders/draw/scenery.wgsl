@@ -6,14 +6,16 @@ struct Corner {
     @builtin(position) position: vec4f,
     @location(0) normal: vec3f,
     @location(1) color: vec3f,
+    @location(2) world_position: vec3f,
 }
 
 @vertex
 fn place(@location(0) position: vec3f, @location(1) color: vec4f, @location(2) normal: vec3f) -> Corner {
-    return Corner(config.clip_from_world * vec4f(position, 1.0), normal, color.rgb);
+    return Corner(config.clip_from_world * vec4f(position, 1.0), normal, color.rgb, position);
 }
 
 @fragment
 fn shade(corner: Corner) -> @location(0) vec4f {
-    return vec4f(corner.color * light_at(normalize(corner.normal)), 1.0);
+    let normal = normalize(corner.normal);
+    return vec4f(corner.color * light_at(normal, sun_share(corner.world_position, normal)), 1.0);
 }

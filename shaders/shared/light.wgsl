@@ -15,9 +15,10 @@ const LINE_WIDTH_M: f32 = 0.03;
 const LINE_STRENGTH: f32 = 0.55;
 const WIDE_LINE_WIDTH_M: f32 = 0.10;
 
-// Light that a lit surface of white base colour sends to the eye. `normal`: unit length, world space.
-fn light_at(normal: vec3f) -> vec3f {
+// Light that a lit surface of white base colour sends to the eye. `normal`: unit length, world space; `share`: of the sun that
+// reaches it.
+fn light_at(normal: vec3f, share: f32) -> vec3f {
     let ambient = mix(GROUND_AMBIENT, SKY_AMBIENT, normal.y * 0.5 + 0.5);
-    let sun = SUN_COLOR * max(0.0, dot(normal, SUN_DIRECTION));
+    let sun = SUN_COLOR * (max(0.0, dot(normal, SUN_DIRECTION)) * share);
     return (ambient + sun) * EXPOSURE;
 }

@@ -30,6 +30,9 @@ const RESERVE_PART: u32 = 128u;
 const DOT_LEVELS: u32 = 5u;
 const DOT_VERTICES: u32 = 3u;
 
+// Shadow maps of the sun.
+const MAX_CASCADES: u32 = 4u;
+
 const OVERFLOW_BUDGET: u32 = 1u;
 const OVERFLOW_VERTICES: u32 = 2u;
 const OVERFLOW_TRIANGLES: u32 = 4u;
@@ -217,6 +220,29 @@ struct PyramidStep {
 struct SightTally {
     hidden_min_count: u32,
     hidden_count: u32,
+}
+
+struct Cascade {
+    clip_from_world: mat4x4f,
+    texel_m: f32,
+    half_m: f32,
+    details_per_m: f32,
+    reserved: u32,
+}
+
+struct ShadowConfig {
+    cascades: array<Cascade, MAX_CASCADES>,
+    cascade_count: u32,
+    floor_m: f32,
+    side: u32,
+    reserved: u32,
+}
+
+struct CascadeStep {
+    cascade: u32,
+    has_choices: u32,
+    reserved_a: u32,
+    reserved_b: u32,
 }
 
 struct DiscreteConfig {

@@ -218,16 +218,17 @@ fn everyone(instances: &[InstanceRecord]) -> Vec<usize> {
     (0..instances.len()).collect()
 }
 
-const ON: DrawOptions = DrawOptions {
+pub const ON: DrawOptions = DrawOptions {
     technique: Technique::Bucketed,
     levels: crowd_stages::Levels::Quantized,
     fit: crowd_stages::Fit::Fill,
     no_morph: true,
     occlusion: true,
     skinning: Skinning::Vertex,
+    shadows: 0,
 };
 
-fn renderer(sample_count: u32) -> CrowdRenderer {
+pub fn renderer(sample_count: u32) -> CrowdRenderer {
     let (device, queue) = gpu::device();
     let street = street();
     let options = RendererOptions { sample_count, max_instances: 2 * COUNT, ..OPTIONS };

@@ -32,12 +32,13 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "read_back",
         "renderer",
         "selection",
+        "shadows",
         "skinning_trial",
         "stage_recorder",
         "upload",
         "vertex_inputs",
     ];
-    let not_stages_tests = ["main", "cases", "occlusion", "orphans", "techniques", "whole_chain"];
+    let not_stages_tests = ["main", "cases", "occlusion", "orphans", "shadows", "techniques", "whole_chain"];
     assert_eq!(names("shaders/stages", ".wgsl", &[]), stages);
     assert_eq!(names("crates/crowd-stages/src/cpu", ".rs", &not_stages_cpu), stages);
     assert_eq!(names("crates/crowd-stages/src/gpu", ".rs", &not_stages_gpu), stages);

@@ -18,6 +18,7 @@ const ORACLE: DrawOptions = DrawOptions {
     no_morph: true,
     occlusion: false,
     skinning: Skinning::Vertex,
+    shadows: 0,
 };
 /// Levels that change at once, as those of the oracle.
 const AT_ONCE: DrawOptions = DrawOptions { technique: Technique::Bucketed, ..ORACLE };

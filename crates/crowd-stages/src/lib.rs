@@ -49,6 +49,7 @@
 //! ```
 
 mod buckets;
+mod cascades;
 pub mod cpu;
 mod data;
 mod dots;
@@ -58,6 +59,7 @@ mod records;
 mod technique;
 
 pub use buckets::{Buckets, DISCRETE_SHARES, discrete_config};
+pub use cascades::{CrowdBounds, SUN_DIRECTION, fit_cascades, shadow_side};
 pub use data::{CrowdData, Error, Result, TextureLayer};
 pub use dots::{DOT_COUNTS, dot_corners};
 pub use records::*;

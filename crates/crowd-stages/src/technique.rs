@@ -157,6 +157,8 @@ pub struct DrawOptions {
     pub occlusion: bool,
     /// Where [`Technique::Bucketed`] works out its vertices.
     pub skinning: Skinning,
+    /// Shadow maps of the sun, 0 to 4; none without.
+    pub shadows: u32,
 }
 
 impl DrawOptions {

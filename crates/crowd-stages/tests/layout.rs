@@ -4,10 +4,10 @@ use crowd_pack::{CharacterRecord, ClipRecord, LodRecord, MaterialRecord, VertexR
 use crowd_raster::light;
 use crowd_stages::gpu::{self, ANIMATION_HEIGHT, ANIMATION_WIDTH};
 use crowd_stages::{
-    BucketCounts, BucketPlace, BucketRange, BucketRecord, BucketSet, Capacities, CullRecord, DiscreteConfig,
-    DispatchArgs, DrawArgs, DrawConfig, DrawCounts, DrawnInstance, FillState, FrameConfig, FrameTotals, InstanceBase,
-    InstanceRecord, LodChoice, MorphRecord, OriginRecord, PyramidConfig, PyramidLevel, PyramidStep, SightTally,
-    SkinnedVertex, SortPass, Weight, WeightSums, dispatch, overflow, sight,
+    BucketCounts, BucketPlace, BucketRange, BucketRecord, BucketSet, Capacities, Cascade, CascadeStep, CullRecord,
+    DiscreteConfig, DispatchArgs, DrawArgs, DrawConfig, DrawCounts, DrawnInstance, FillState, FrameConfig, FrameTotals,
+    InstanceBase, InstanceRecord, LodChoice, MorphRecord, OriginRecord, PyramidConfig, PyramidLevel, PyramidStep,
+    SUN_DIRECTION, ShadowConfig, SightTally, SkinnedVertex, SortPass, Weight, WeightSums, dispatch, overflow, sight,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};
@@ -110,6 +110,9 @@ fn rust_layouts() -> Vec<Layout> {
         layout!(PyramidConfig { width_px, height_px, sample_count, level_count, levels }),
         layout!(PyramidStep { level, reserved_a, reserved_b, reserved_c }),
         layout!(SightTally { hidden_min_count, hidden_count }),
+        layout!(Cascade { clip_from_world, texel_m, half_m, details_per_m, reserved }),
+        layout!(ShadowConfig { cascades, cascade_count, floor_m, side, reserved }),
+        layout!(CascadeStep { cascade, has_choices, reserved_a, reserved_b }),
         layout!(DiscreteConfig { half_diagonal_m, reserved_a, reserved_b, reserved_c }),
         layout!(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count, vertex_offset }),
         layout!(BucketSet { first_16, count_16, first_32, level_count }),
@@ -156,6 +159,7 @@ fn sources() -> Vec<(&'static str, String)> {
         ("cull_by_depth", gpu::CullByDepth::source()),
         ("key_instances", gpu::KeyInstances::source()),
         ("sort_instances", gpu::SortInstances::source()),
+        ("select_casters", gpu::SelectCasters::source()),
         ("recall_seen", gpu::RecallSeen::source()),
         ("build_pyramid", gpu::BuildPyramid::source()),
         ("test_occlusion", gpu::TestOcclusion::source()),
@@ -267,6 +271,7 @@ fn constants_are_the_same() {
         ("OVERFLOW_TRIANGLES", overflow::TRIANGLES),
         ("WEIGHT_AREA", Weight::Area as u32),
         ("WEIGHT_ERROR", Weight::Error as u32),
+        ("MAX_CASCADES", dispatch::MAX_CASCADES),
         ("PYRAMID_LEVELS", dispatch::PYRAMID_LEVELS),
         ("RESERVE_PART", dispatch::RESERVE_PART),
         ("SIGHT_SEEN", sight::SEEN),
@@ -318,6 +323,7 @@ fn light_has_the_numbers_of_the_rasteriser() {
     for (name, rust) in lengths {
         assert_eq!(constant_difference(&module, name, &[f64::from(rust)]), None);
     }
+    assert_eq!(SUN_DIRECTION, light::SUN_DIRECTION, "the maps look where the light comes from");
     let declared =
         include_str!("../../../shaders/shared/light.wgsl").lines().filter(|l| l.starts_with("const ")).count();
     assert_eq!(declared, colors.len() + lengths.len(), "each constant of light.wgsl is compared");

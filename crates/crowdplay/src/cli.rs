@@ -184,6 +184,11 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Switch::Off, value_name = "on|off", help_heading = "Level of detail")]
     pub occlusion: Switch,
 
+    /// Shadows of the sun: off, or how many maps share the view, 1 to 4 (near ones finer). Everyone throws one, at the coarsest
+    /// level whose error is within a texel of the map; ground, walls and the crowd receive it. The CPU draws none
+    #[arg(long, default_value = "off", value_name = "off|N", value_parser = shadows, help_heading = "Level of detail")]
+    pub shadows: u32,
+
     /// Metres from which the technique `discrete` draws its second and third level [default: where somebody of 1.8 m is
     /// 200 and 66 pixels high]
     #[arg(long, value_name = "M,M", value_parser = depths, help_heading = "Level of detail")]
@@ -382,6 +387,14 @@ fn dots_px(text: &str) -> Result<f32, String> {
 
 fn not_negative(text: &str) -> Result<f32, String> {
     within(text, 0.0, 86_400.0)
+}
+
+fn shadows(text: &str) -> Result<u32, String> {
+    if text.eq_ignore_ascii_case("off") {
+        return Ok(0);
+    }
+    let maps = text.parse().ok().filter(|maps| (1..=4).contains(maps));
+    maps.ok_or_else(|| format!("found {text:?}, allowed off or 1 to 4"))
 }
 
 fn rate(text: &str) -> Result<f32, String> {

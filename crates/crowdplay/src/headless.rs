@@ -32,6 +32,11 @@ pub fn render(
     let mut frames = Vec::new();
     let mut pictures = Vec::new();
     let mut warnings = Vec::new();
+    if detail.draw.shadows > 0 && backend.word() == "cpu" {
+        let message = "the software rasteriser draws no shadows (--shadows)".to_owned();
+        talk.say(&message);
+        warnings.push(message);
+    }
     let mut recording = None;
     for number in 0..headless.frames {
         let time_s = headless.start_s + number as f32 * headless.dt_s;
@@ -161,6 +166,7 @@ pub fn report(
         occlusion: detail.draw.occludes() && backend == "gpu",
         skinning: Skinning::Vertex.name(),
         skinning_ms: None,
+        shadows: if backend == "gpu" { detail.draw.shadows } else { 0 },
         budget,
         alpha: detail.alpha,
         weight: match detail.weight {

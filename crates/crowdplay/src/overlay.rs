@@ -255,6 +255,13 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
         ui.checkbox(&mut knobs.draw.occlusion, "leave out whom others hide (O)")
             .on_hover_text("Two-phase occlusion culling: who was in sight first, then who comes into it");
     }
+    ui.horizontal(|ui| {
+        ui.label("Shadow maps");
+        for maps in 0..=4 {
+            let word = if maps == 0 { "none".to_owned() } else { maps.to_string() };
+            ui.selectable_value(&mut knobs.draw.shadows, maps, word);
+        }
+    });
     if knobs.draw.technique == Technique::Reform {
         ui.horizontal(|ui| {
             ui.label("Levels");

@@ -324,6 +324,13 @@ pub fn plan(args: &Args) -> Result<Plan> {
     }
     check_occlusion(args)?;
     check_skinning(args)?;
+    if args.shadows > 0 && args.backend == BackendWord::Cpu {
+        return Err(Error::Parameter {
+            option: "--shadows",
+            found: format!("{} with --backend cpu", args.shadows),
+            allowed: "off, since the software rasteriser draws none".to_owned(),
+        });
+    }
     Ok(Plan {
         pack: args.pack.clone().unwrap_or_default(),
         crowd: CrowdPlan {
@@ -357,6 +364,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
                 no_morph: args.no_morph,
                 occlusion: args.occlusion == Switch::On,
                 skinning: args.skinning.skinning(),
+                shadows: args.shadows,
                 levels: if args.snap_levels { Levels::Quantized } else { Levels::Continuous },
             },
             lod_depths_m: args.lod_depths,
@@ -543,6 +551,7 @@ mod tests {
             &["--occlusion", "on", "--fit", "eq1"],
             &["--skinning", "compute", "--technique", "reform"],
             &["--skinning", "palettes", "--backend", "cpu"],
+            &["--shadows", "4", "--backend", "cpu"],
             &["--eye", "1,2,3", "--target", "1,2,3"],
             &["--orbit", "0,90,10"],
             &["--layout", "circle"],

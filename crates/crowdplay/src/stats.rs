@@ -39,6 +39,8 @@ pub struct Report {
     pub skinning: &'static str,
     /// GPU milliseconds a frame of those three, where they were tried to the end (--skinning auto).
     pub skinning_ms: Option<[f32; 3]>,
+    /// Shadow maps of the sun; 0 without shadows.
+    pub shadows: u32,
     /// Vertices a frame: N.
     pub budget: u32,
     /// Exponent of the split.

@@ -76,7 +76,7 @@ pub fn fill_budget(
 }
 
 /// Entry of the error tables: 32 for each doubling of one over the metres allowed.
-fn error_entry(character: u32, per_metre: f32) -> usize {
+pub(super) fn error_entry(character: u32, per_metre: f32) -> usize {
     let entry = per_metre.to_bits().saturating_sub(ERROR_FIRST_BITS) >> ERROR_SHIFT;
     (character * ERROR_ENTRIES + entry.min(ERROR_ENTRIES - 1)) as usize
 }

@@ -2,6 +2,7 @@
 
 use super::allocate::texture_or_error;
 use super::kernel::{Use, buffer_entry};
+use super::shadows::light_layout;
 use super::stage_recorder::DrawStamps;
 use super::upload::{CrowdBuffers, FrameBuffers};
 use crate::Result;
@@ -13,18 +14,19 @@ const PLACE: &str = include_str!("../../../../shaders/shared/place.wgsl");
 const FRAMES: &str = include_str!("../../../../shaders/shared/frames.wgsl");
 const SKIN: &str = include_str!("../../../../shaders/shared/skin.wgsl");
 const LIGHT: &str = include_str!("../../../../shaders/shared/light.wgsl");
+const SHADOW: &str = include_str!("../../../../shaders/shared/shadow.wgsl");
 const BACKDROP: &str = include_str!("../../../../shaders/draw/backdrop.wgsl");
 const CROWD: &str = include_str!("../../../../shaders/draw/crowd.wgsl");
 const DOTS: &str = include_str!("../../../../shaders/draw/dots.wgsl");
 
 /// The WGSL of sky and ground as it is compiled.
 pub fn backdrop_source() -> String {
-    [RECORDS, LIGHT, BACKDROP].concat()
+    [RECORDS, LIGHT, SHADOW, BACKDROP].concat()
 }
 
 /// The WGSL of the crowd's draw as it is compiled.
 pub fn crowd_source() -> String {
-    [RECORDS, PLACE, FRAMES, SKIN, LIGHT, CROWD, DOTS].concat()
+    [RECORDS, PLACE, FRAMES, SKIN, LIGHT, SHADOW, CROWD, DOTS].concat()
 }
 
 /// What every technique draws with: targets, backdrop, the crowd's shader and its layout.
@@ -71,7 +73,7 @@ impl DrawCrowd {
         Self {
             device: device.clone(),
             backdrop: shape.pipeline(
-                &layouts.backdrop,
+                [&layouts.backdrop, &layouts.light],
                 &backdrop,
                 "cover",
                 "backdrop",
@@ -110,22 +112,62 @@ impl DrawCrowd {
         constants: &[(&str, f64)],
     ) -> wgpu::RenderPipeline {
         let shape = Shape { device: &self.device, color_format: self.color_format, sample_count: self.sample_count };
-        shape.pipeline(
-            &self.layouts.crowd,
-            &self.crowd_module,
-            vertex,
-            "shade",
-            wgpu::CompareFunction::Less,
-            buffers,
-            constants,
-        )
+        let layouts = [&self.layouts.crowd, &self.layouts.light];
+        shape.pipeline(layouts, &self.crowd_module, vertex, "shade", wgpu::CompareFunction::Less, buffers, constants)
+    }
+
+    /// A pipeline of the crowd's shader that draws depth alone, into a texture of one sample a pixel.
+    pub(crate) fn caster_pipeline(
+        &self,
+        vertex: &str,
+        buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
+        bias: wgpu::DepthBiasState,
+    ) -> wgpu::RenderPipeline {
+        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("cast"),
+            bind_group_layouts: &[Some(&self.layouts.crowd)],
+            immediate_size: 0,
+        });
+        self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("cast"),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &self.crowd_module,
+                entry_point: Some(vertex),
+                compilation_options: Default::default(),
+                buffers,
+            },
+            primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Less),
+                stencil: Default::default(),
+                bias,
+            }),
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &self.crowd_module,
+                entry_point: Some("mask"),
+                compilation_options: Default::default(),
+                targets: &[],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+
+    /// The layout of bind group 1.
+    pub(crate) fn light_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.layouts.light
     }
 
     /// The pipeline of dots.
     pub(crate) fn dots_pipeline(&self, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]) -> wgpu::RenderPipeline {
         let shape = Shape { device: &self.device, color_format: self.color_format, sample_count: self.sample_count };
         let Self { layouts, crowd_module, .. } = self;
-        shape.pipeline(&layouts.crowd, crowd_module, "dots", "shade_dot", wgpu::CompareFunction::Less, buffers, &[])
+        let layouts = [&layouts.crowd, &layouts.light];
+        shape.pipeline(layouts, crowd_module, "dots", "shade_dot", wgpu::CompareFunction::Less, buffers, &[])
     }
 
     /// The crowd's bind group with a technique's own list of owners and their bases.
@@ -153,13 +195,14 @@ impl DrawCrowd {
     }
 
     /// Begins the pass into a `color` of the size that [`Self::fit_targets`] was given last, and draws the backdrop.
-    /// `part`: one that is not the first goes on where the one before ended, without a backdrop.
+    /// `light`: of [`super::shadows::Light`]. `part`: one that is not the first goes on where the one before ended, without a backdrop.
     pub(crate) fn begin<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
         color: &wgpu::TextureView,
         stamps: Option<DrawStamps>,
         part: Part,
+        light: &wgpu::BindGroup,
     ) -> wgpu::RenderPass<'e> {
         let targets = self.targets.as_ref().expect("fit_targets comes first");
         let goes_on = part == Part::First;
@@ -193,6 +236,7 @@ impl DrawCrowd {
             }),
             ..Default::default()
         });
+        pass.set_bind_group(1, light, &[]);
         if part != Part::Last {
             pass.set_pipeline(&self.backdrop);
             pass.set_bind_group(0, &self.backdrop_bound, &[]);
@@ -250,6 +294,7 @@ impl DrawCrowd {
 }
 
 struct Layouts {
+    light: wgpu::BindGroupLayout,
     backdrop: wgpu::BindGroupLayout,
     crowd: wgpu::BindGroupLayout,
 }
@@ -272,6 +317,7 @@ impl Layouts {
             device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
         };
         Self {
+            light: light_layout(device),
             backdrop: layout(
                 "backdrop",
                 &[buffer_entry(0, fragment, Use::Uniform, None), buffer_entry(1, fragment, Use::Uniform, None)],
@@ -372,7 +418,7 @@ impl Shape<'_> {
 
     fn pipeline(
         &self,
-        layout: &wgpu::BindGroupLayout,
+        layouts: [&wgpu::BindGroupLayout; 2],
         module: &wgpu::ShaderModule,
         vertex: &str,
         fragment: &str,
@@ -382,7 +428,7 @@ impl Shape<'_> {
     ) -> wgpu::RenderPipeline {
         let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(vertex),
-            bind_group_layouts: &[Some(layout)],
+            bind_group_layouts: &layouts.map(Some),
             immediate_size: 0,
         });
         self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {

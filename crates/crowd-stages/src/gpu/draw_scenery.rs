@@ -2,22 +2,26 @@
 
 use super::draw_crowd::DEPTH;
 use super::kernel::{Use, buffer_entry};
+use super::shadows::caster_bias;
 use super::upload::Uploader;
 use crate::{Error, Result, SceneryVertex};
 use std::mem::size_of;
 
 const RECORDS: &str = include_str!("../../../../shaders/shared/records.wgsl");
 const LIGHT: &str = include_str!("../../../../shaders/shared/light.wgsl");
+const SHADOW: &str = include_str!("../../../../shaders/shared/shadow.wgsl");
 const SCENERY: &str = include_str!("../../../../shaders/draw/scenery.wgsl");
 
 /// The WGSL of the scenery's draw as it is compiled.
 pub fn scenery_source() -> String {
-    [RECORDS, LIGHT, SCENERY].concat()
+    [RECORDS, LIGHT, SHADOW, SCENERY].concat()
 }
 
 /// Pipeline and buffers of the scenery.
 pub(crate) struct DrawScenery {
     pipeline: wgpu::RenderPipeline,
+    caster: wgpu::RenderPipeline,
+    layout: wgpu::BindGroupLayout,
     bound: wgpu::BindGroup,
     vertices: wgpu::Buffer,
     indices: wgpu::Buffer,
@@ -25,7 +29,7 @@ pub(crate) struct DrawScenery {
 }
 
 impl DrawScenery {
-    /// Uploads. `config`: the frame's uniform.
+    /// Uploads. `config`: the frame's uniform; `light`: the layout of bind group 1.
     ///
     /// # Errors
     /// [`Error::Instance`] for a triangle whose corner is not there, [`Error::Limit`] or [`Error::OutOfMemory`] where it does
@@ -37,6 +41,7 @@ impl DrawScenery {
         triangles: &[[u32; 3]],
         color_format: wgpu::TextureFormat,
         sample_count: u32,
+        light: &wgpu::BindGroupLayout,
     ) -> Result<Self> {
         let allowed = vertices.len() as u32;
         if let Some((index, &found)) =
@@ -49,14 +54,12 @@ impl DrawScenery {
             label: Some("scenery"),
             entries: &[buffer_entry(0, wgpu::ShaderStages::VERTEX, Use::Uniform, None)],
         });
-        let bound = up.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("scenery"),
-            layout: &layout,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: config.as_entire_binding() }],
-        });
+        let lit = Some((color_format, sample_count, light));
         Ok(Self {
-            pipeline: pipeline(up.device, &layout, color_format, sample_count),
-            bound,
+            pipeline: pipeline(up.device, &layout, lit),
+            caster: pipeline(up.device, &layout, None),
+            bound: bind(up.device, &layout, config),
+            layout,
             vertices: up.filled("scenery vertices", vertices, wgpu::BufferUsages::VERTEX, remedy)?,
             indices: up.filled("scenery indices", triangles.as_flattened(), wgpu::BufferUsages::INDEX, remedy)?,
             index_count: 3 * triangles.len() as u32,
@@ -64,29 +67,49 @@ impl DrawScenery {
     }
 
     pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.bound, &[]);
+        self.draw_with(pass, &self.pipeline, &self.bound);
+    }
+
+    /// Draws depth alone as `config` has the camera.
+    pub(crate) fn cast(&self, device: &wgpu::Device, pass: &mut wgpu::RenderPass<'_>, config: &wgpu::Buffer) {
+        self.draw_with(pass, &self.caster, &bind(device, &self.layout, config));
+    }
+
+    fn draw_with(&self, pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline, bound: &wgpu::BindGroup) {
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, bound, &[]);
         pass.set_vertex_buffer(0, self.vertices.slice(..));
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..self.index_count, 0, 0..1);
     }
 }
 
+fn bind(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, config: &wgpu::Buffer) -> wgpu::BindGroup {
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("scenery"),
+        layout,
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource: config.as_entire_binding() }],
+    })
+}
+
+/// `lit`: the target's format, its samples and the layout of the light; `None` draws depth alone, of both sides.
 fn pipeline(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
-    color_format: wgpu::TextureFormat,
-    sample_count: u32,
+    lit: Option<(wgpu::TextureFormat, u32, &wgpu::BindGroupLayout)>,
 ) -> wgpu::RenderPipeline {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("scenery"),
         source: wgpu::ShaderSource::Wgsl(scenery_source().into()),
     });
+    let light = lit.map(|(_, _, light)| light);
+    let bind_group_layouts: Vec<_> = [Some(layout), light].into_iter().filter(Option::is_some).collect();
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some("scenery"),
-        bind_group_layouts: &[Some(layout)],
+        bind_group_layouts: &bind_group_layouts,
         immediate_size: 0,
     });
+    let targets = lit.map(|(format, _, _)| [Some(format.into())]);
     let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4, 2 => Float32x3];
     let corners = wgpu::VertexBufferLayout {
         array_stride: size_of::<SceneryVertex>() as u64,
@@ -102,20 +125,20 @@ fn pipeline(
             compilation_options: Default::default(),
             buffers: &[Some(corners)],
         },
-        primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Back), ..Default::default() },
+        primitive: wgpu::PrimitiveState { cull_mode: lit.map(|_| wgpu::Face::Back), ..Default::default() },
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH,
             depth_write_enabled: Some(true),
             depth_compare: Some(wgpu::CompareFunction::Less),
             stencil: Default::default(),
-            bias: Default::default(),
+            bias: if lit.is_some() { Default::default() } else { caster_bias() },
         }),
-        multisample: wgpu::MultisampleState { count: sample_count, ..Default::default() },
-        fragment: Some(wgpu::FragmentState {
+        multisample: wgpu::MultisampleState { count: lit.map_or(1, |(_, count, _)| count), ..Default::default() },
+        fragment: targets.as_ref().map(|targets| wgpu::FragmentState {
             module: &module,
             entry_point: Some("shade"),
             compilation_options: Default::default(),
-            targets: &[Some(color_format.into())],
+            targets,
         }),
         multiview_mask: None,
         cache: None,

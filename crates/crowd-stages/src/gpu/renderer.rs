@@ -5,14 +5,16 @@ use super::draw_scenery::DrawScenery;
 use super::occlusion::Occlusion;
 use super::read_back::{self, Meters, ReadBack, RunCounter, StageClock};
 use super::selection::Selection;
+use super::shadows::{Light, STAMPS_A_CASCADE, Shadows};
 use super::skinning_trial::{SkinningChoice, SkinningTrial};
 use super::stage_recorder::StageRecorder;
 use super::techniques::{self, Floor, FrameContext, Painter, Workshop};
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
+use crate::dispatch::MAX_CASCADES;
 use crate::{
-    CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceRecord, Result, SceneryVertex,
-    Skinning, Technique, Weight,
+    CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceRecord, Result,
+    SceneryVertex, Skinning, Technique, Weight, fit_cascades, shadow_side,
 };
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
@@ -20,7 +22,7 @@ use std::time::{Duration, Instant};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
-pub const STAGES: [&str; 21] = [
+pub const STAGES: [&str; 22] = [
     "cull_instances",
     "sum_weights",
     "fill_budget",
@@ -42,10 +44,11 @@ pub const STAGES: [&str; 21] = [
     "build_pyramid",
     "test_occlusion",
     "join_phases",
+    "select_casters",
 ];
 
 /// Stages and draws of a frame, those that run twice counted twice.
-const MOST_STAMPED: u32 = 2 * STAGES.len() as u32 + 2;
+const MOST_STAMPED: u32 = 2 * STAGES.len() as u32 + 2 + MAX_CASCADES * STAMPS_A_CASCADE;
 
 /// Sizes and formats fixed for a renderer's life.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,6 +83,11 @@ pub struct CrowdRenderer {
     scenery: Option<DrawScenery>,
     /// Set up when it is first asked for.
     occlusion: Option<Occlusion>,
+    /// The same.
+    shadows: Option<Shadows>,
+    /// Without shadows.
+    unshaded: Light,
+    bounds: CrowdBounds,
     draw: DrawCrowd,
     painters: [Option<Box<dyn Painter>>; Technique::ALL.len()],
     meters: Meters,
@@ -117,9 +125,13 @@ impl CrowdRenderer {
         let mut up = Uploader { device, queue, bytes: 0 };
         let crowd = CrowdBuffers::new(&mut up, data)?;
         let frame = FrameBuffers::new(&mut up, options.max_instances)?;
+        let draw = DrawCrowd::new(device, &frame, options.color_format, options.sample_count);
         Ok(Self {
             selection: Selection::new(device, &crowd, &frame),
-            draw: DrawCrowd::new(device, &frame, options.color_format, options.sample_count),
+            unshaded: Light::new(device, draw.light_layout(), 1, 1)?,
+            shadows: None,
+            bounds: CrowdBounds::default(),
+            draw,
             scenery: None,
             occlusion: None,
             painters: Default::default(),
@@ -176,8 +188,9 @@ impl CrowdRenderer {
         }
         let mut up = Uploader { device, queue, bytes: 0 };
         let RendererOptions { color_format, sample_count, .. } = self.options;
-        let config = &self.frame.config;
-        self.scenery = Some(DrawScenery::new(&mut up, config, vertices, triangles, color_format, sample_count)?);
+        let (config, light) = (&self.frame.config, self.draw.light_layout());
+        let scenery = DrawScenery::new(&mut up, config, vertices, triangles, color_format, sample_count, light)?;
+        self.scenery = Some(scenery);
         self.buffer_bytes += up.bytes;
         Ok(())
     }
@@ -198,6 +211,12 @@ impl CrowdRenderer {
         }
         check_instances(&self.characters, instances)?;
         queue.write_buffer(&self.frame.instances, 0, bytemuck::cast_slice(instances));
+        self.bounds = CrowdBounds::default();
+        for instance in instances {
+            let [x, y, z, radius] = self.characters[instance.character as usize].sphere;
+            let reach = (glam::Vec3::new(x, y, z).length() + radius) * instance.scale.abs();
+            self.bounds.add(instance.position.into(), reach);
+        }
         self.instance_characters = instances.iter().map(|instance| instance.character).collect();
         let characters = || instances.iter().map(|instance| &self.characters[instance.character as usize]);
         let sum = |count: fn(&CharacterRecord) -> u32| characters().fold(0u32, |sum, c| sum.saturating_add(count(c)));
@@ -277,6 +296,9 @@ impl CrowdRenderer {
         if options.occludes() {
             self.fit_occlusion(device, queue, size)?;
         }
+        if options.shadows > 0 {
+            self.fit_shadows(device, queue, shadow_side(size.1))?;
+        }
         let config = self.complete(config, &options);
         let clip_from_world = Mat4::from_cols_array_2d(&config.clip_from_world);
         let draw_config = DrawConfig::new(&clip_from_world, size.0, size.1, self.layer_side);
@@ -300,6 +322,14 @@ impl CrowdRenderer {
         let Meters { clock, runs } = &self.meters;
         let mut recorder = StageRecorder::new(encoder, clock.as_ref().map(|clock| clock.queries.clone()));
         painter.record_stages(&mut recorder, &context);
+        let shadows = self.shadows.as_ref().filter(|_| options.shadows > 0);
+        if let Some(shadows) = shadows {
+            let shadow = fit_cascades(&config, &draw_config, &self.bounds, options.shadows);
+            let has_choices = matches!(options.technique, Technique::Reform | Technique::Bucketed);
+            let (crowd, scenery) = (&self.crowd, self.scenery.as_ref());
+            shadows.record(device, queue, &mut recorder, crowd, scenery, &config, &shadow, has_choices);
+        }
+        let light = shadows.map_or(&self.unshaded, |shadows| &shadows.light).bound();
         let parts: &[Part] = if context.occlusion.is_some() { &[Part::First, Part::Last] } else { &[Part::Only] };
         for (number, &part) in parts.iter().enumerate() {
             if let Some(occlusion) = context.occlusion.filter(|_| part == Part::Last) {
@@ -308,7 +338,7 @@ impl CrowdRenderer {
                 occlusion.record_join(&mut recorder);
             }
             let stamps = recorder.draw_stamps("draw", part != Part::First);
-            let mut pass = self.draw.begin(recorder.encoder, color, stamps, part);
+            let mut pass = self.draw.begin(recorder.encoder, color, stamps, part, light);
             if let Some(scenery) = self.scenery.as_ref().filter(|_| part != Part::Last) {
                 scenery.draw(&mut pass);
             }
@@ -328,6 +358,19 @@ impl CrowdRenderer {
             let number = self.read_back.last_frame();
             self.trial.drawn(number, options.skinning, skinning, self.meters.clock.is_some());
         }
+        Ok(())
+    }
+
+    /// Sets up shadow maps of that side, unless they are.
+    fn fit_shadows(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, side: u32) -> Result<()> {
+        if self.shadows.as_ref().is_some_and(|shadows| shadows.side == side) {
+            return Ok(());
+        }
+        self.buffer_bytes -= self.shadows.take().map_or(0, |shadows| shadows.bytes);
+        let mut up = Uploader { device, queue, bytes: 0 };
+        let shadows = Shadows::new(&mut up, &self.crowd, &self.frame, &self.draw, &self.options, side)?;
+        self.buffer_bytes += shadows.bytes;
+        self.shadows = Some(shadows);
         Ok(())
     }
 
@@ -428,6 +471,7 @@ impl CrowdRenderer {
             "culled" => Some(&self.frame.culled),
             "sums" => Some(&self.frame.sums),
             "seen" | "tally" | "farthest" => self.occlusion.as_ref()?.buffer(name),
+            "casters" => self.shadows.as_ref()?.buffer("sorted_keys"),
             _ => self.painters[technique.number()].as_ref()?.buffer(name),
         }
     }

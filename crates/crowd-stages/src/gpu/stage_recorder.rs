@@ -5,11 +5,13 @@ pub(crate) struct StageRecorder<'a> {
     pub(crate) encoder: &'a mut wgpu::CommandEncoder,
     clock: Option<wgpu::QuerySet>,
     names: Vec<&'static str>,
+    /// A name that everything goes by meanwhile.
+    pub(crate) group: Option<&'static str>,
 }
 
 impl<'a> StageRecorder<'a> {
     pub(crate) fn new(encoder: &'a mut wgpu::CommandEncoder, clock: Option<wgpu::QuerySet>) -> Self {
-        Self { encoder, clock, names: Vec::new() }
+        Self { encoder, clock, names: Vec::new(), group: None }
     }
 
     /// A pass of that name.
@@ -37,7 +39,7 @@ impl<'a> StageRecorder<'a> {
     }
 
     fn number(&mut self, name: &'static str) -> u32 {
-        self.names.push(name);
+        self.names.push(self.group.unwrap_or(name));
         self.names.len() as u32 - 1
     }
 }

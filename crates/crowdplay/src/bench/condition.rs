@@ -20,6 +20,8 @@ pub enum Quantity {
     LodShare,
     /// The draw.
     Draw,
+    /// The shadow maps, their selection included.
+    Shadows,
     /// Triangles of the last frame.
     Triangles,
     /// Vertices of the last frame.
@@ -37,13 +39,14 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    const NAMES: [(&'static str, Self); 13] = [
+    const NAMES: [(&'static str, Self); 14] = [
         ("frame_ms", Self::Frame),
         ("frame_p95_ms", Self::FrameP95),
         ("gpu_ms", Self::Gpu),
         ("lod_ms", Self::Lod),
         ("lod_share", Self::LodShare),
         ("draw_ms", Self::Draw),
+        ("shadows_ms", Self::Shadows),
         ("triangles", Self::Triangles),
         ("vertices", Self::Vertices),
         ("hidden", Self::Hidden),
@@ -62,6 +65,7 @@ impl Quantity {
             Self::Lod => row.lod_ms.map(f64::from),
             Self::LodShare => row.lod_share.map(f64::from),
             Self::Draw => row.stages_ms.get("draw").map(|spread| spread.median.into()),
+            Self::Shadows => row.stages_ms.get("shadows").map(|spread| spread.median.into()),
             Self::Triangles => Some(row.triangles.into()),
             Self::Vertices => Some(row.vertices.into()),
             Self::Hidden => Some(row.occluded.into()),

@@ -15,8 +15,8 @@ use crate::{Error, Result, Talk};
 use crowd_stages::{FrameTotals, InstanceRecord, Skinning, Technique, overflow};
 use std::time::Instant;
 
-/// The stage that is not level of detail.
-const DRAW: &str = "draw";
+/// The stages that are not level of detail.
+const DRAWS: [&str; 2] = ["draw", "shadows"];
 
 /// Triangles at full detail up to which pictures are compared: three minutes on software Vulkan.
 const MOST_PICTURED: u64 = 1_000_000_000;
@@ -178,7 +178,8 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
         .filter(|frame| !frame.stages_ms.is_empty())
         .map(|frame| {
             let all: f32 = frame.stages_ms.values().sum();
-            (all, all - frame.stages_ms.get(DRAW).copied().unwrap_or(0.0))
+            let draws: f32 = DRAWS.iter().filter_map(|name| frame.stages_ms.get(name)).sum();
+            (all, all - draws)
         })
         .collect();
     let median = |of: &dyn Fn(&(f32, f32)) -> f32| Spread::of(timed.iter().map(of).collect()).median;

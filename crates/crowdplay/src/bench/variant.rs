@@ -14,7 +14,12 @@ pub struct Variant {
     pub occlusion: bool,
     /// Where its vertices are worked out; `None`: as in the whole bench.
     pub skinning: Option<Skinning>,
+    /// With four shadow maps.
+    pub shadows: bool,
 }
+
+/// Shadow maps of a variant with shadows.
+const SHADOW_MAPS: u32 = 4;
 
 impl Variant {
     /// The switches of its frames: its own over those of the whole bench.
@@ -23,6 +28,7 @@ impl Variant {
             technique: self.technique,
             occlusion: self.occlusion || draw.occlusion,
             skinning: self.skinning.unwrap_or(draw.skinning),
+            shadows: if self.shadows { SHADOW_MAPS } else { draw.shadows },
             ..draw
         }
     }
@@ -30,7 +36,7 @@ impl Variant {
 
 impl From<Technique> for Variant {
     fn from(technique: Technique) -> Self {
-        Self { technique, occlusion: false, skinning: None }
+        Self { technique, occlusion: false, skinning: None, shadows: false }
     }
 }
 
@@ -38,7 +44,8 @@ impl fmt::Display for Variant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let occlusion = if self.occlusion { "+occlusion" } else { "" };
         let skinning = self.skinning.map(|way| format!("+{}", way.name())).unwrap_or_default();
-        f.pad(&format!("{}{occlusion}{skinning}", self.technique))
+        let shadows = if self.shadows { "+shadows" } else { "" };
+        f.pad(&format!("{}{occlusion}{skinning}{shadows}", self.technique))
     }
 }
 
@@ -54,9 +61,12 @@ impl FromStr for Variant {
             match way {
                 Some(_) if is_bucketed && variant.skinning.is_none() => variant.skinning = way,
                 None if is_bucketed && part == "occlusion" => variant.occlusion = true,
+                None if part == "shadows" => variant.shadows = true,
                 _ => {
                     let ways = Skinning::WAYS.map(Skinning::name).join(", ");
-                    return Err(format!("found {text:?}, allowed after bucketed+: occlusion and one of {ways}"));
+                    return Err(format!(
+                        "found {text:?}, allowed after bucketed+: occlusion, shadows and one of {ways}; after others +shadows"
+                    ));
                 }
             }
         }
@@ -70,6 +80,8 @@ pub fn variants() -> impl TypedValueParser<Value = Variant> {
     let bucketed = |name: &'static str, help: &'static str| PossibleValue::new(name).help(help);
     let of_bucketed = [
         bucketed("bucketed+occlusion", "The same without those whom others hide"),
+        bucketed("bucketed+shadows", "The same with four shadow maps of the sun"),
+        bucketed("bucketed+occlusion+shadows", "Both"),
         bucketed("bucketed+vertex", "Skinned by the vertex shader from two frames"),
         bucketed("bucketed+palettes", "Skinned by the vertex shader from palettes blended beforehand"),
         bucketed("bucketed+compute", "Skinned by a compute stage"),
@@ -84,7 +96,9 @@ mod tests {
 
     #[test]
     fn variants_are_read_back_and_nonsense_is_refused() {
-        for name in ["bucketed", "reform", "bucketed+occlusion", "bucketed+compute", "bucketed+occlusion+vertex"] {
+        for name in
+            ["bucketed", "reform", "bucketed+occlusion", "bucketed+compute", "bucketed+occlusion+vertex+shadows"]
+        {
             assert_eq!(name.parse::<Variant>().unwrap().to_string(), name);
         }
         let draw = DrawOptions::default();

@@ -28,7 +28,7 @@ Examples:
 
 Conditions: [QUANTITY:]A/B OP NUMBER, or [QUANTITY:]A OP NUMBER; A and B are techniques of --ab, OP is <=, <, >= or >. They must hold at
 every count. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything before the draw), lod_share (its
-part of gpu_ms), draw_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, image_rmse (to
+part of gpu_ms), draw_ms, shadows_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, image_rmse (to
 full detail).
 
 Exit codes: those of the player, and 4 when a condition does not hold.";

@@ -1,0 +1,239 @@
+//! The sun's shadow maps: for each cascade casters are selected, sorted into buckets and drawn as depth alone.
+//!
+//! Casters go through the same buckets and vertex shader as the crowd, so whatever feeds that can feed the maps.
+
+use super::allocate::texture_or_error;
+use super::bucket_draws::BucketDraws;
+use super::draw_crowd::{DEPTH, DrawCrowd};
+use super::draw_scenery::DrawScenery;
+use super::kernel::{Use, buffer_entry};
+use super::renderer::RendererOptions;
+use super::select_casters::SelectCasters;
+use super::stage_recorder::StageRecorder;
+use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
+use crate::dispatch::MAX_CASCADES;
+use crate::{CascadeStep, FrameConfig, FrameTotals, LodChoice, Result, ShadowConfig, WeightSums};
+use wgpu::BufferUsages as Usage;
+
+/// All that is done for the maps, as one stage in the times.
+pub(crate) const SHADOWS: &str = "shadows";
+/// Time stamps of a cascade.
+pub(crate) const STAMPS_A_CASCADE: u32 = 6;
+/// Against acne on what the sun grazes; the normal's offset in `shadow.wgsl` does the rest.
+const SLOPE_BIAS: f32 = 1.5;
+
+/// The bind group that says how the sun is shaded: number 1 of everything that is drawn.
+pub(crate) fn light_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let fragment = wgpu::ShaderStages::FRAGMENT;
+    let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: fragment, ty, count: None };
+    let map = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Depth,
+        view_dimension: wgpu::TextureViewDimension::D2Array,
+        multisampled: false,
+    };
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("light"),
+        entries: &[
+            buffer_entry(0, fragment, Use::Uniform, None),
+            entry(1, map),
+            entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
+        ],
+    })
+}
+
+/// Maps that can be read, and how they lie.
+pub(crate) struct Light {
+    config: wgpu::Buffer,
+    map: wgpu::Texture,
+    bound: wgpu::BindGroup,
+}
+
+impl Light {
+    /// `side`: texels of a map.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] where the device has no room.
+    pub(crate) fn new(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, side: u32, maps: u32) -> Result<Self> {
+        // One layer alone would be no array on OpenGL.
+        let layers = maps.max(2);
+        let bytes = u64::from(side) * u64::from(side) * 4 * u64::from(layers);
+        let descriptor = wgpu::TextureDescriptor {
+            label: Some("shadow maps"),
+            size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: DEPTH,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        };
+        let map = texture_or_error(device, "shadow maps", bytes, "draw without shadows", &descriptor)?;
+        let config = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("shadow config"),
+            size: size_of::<ShadowConfig>() as u64,
+            usage: Usage::UNIFORM | Usage::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("shadow maps"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            compare: Some(wgpu::CompareFunction::LessEqual),
+            ..Default::default()
+        });
+        let view = map.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        });
+        let bound = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("light"),
+            layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: config.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&view) },
+                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&sampler) },
+            ],
+        });
+        Ok(Self { config, map, bound })
+    }
+
+    pub(crate) fn bound(&self) -> &wgpu::BindGroup {
+        &self.bound
+    }
+
+    fn bytes(&self) -> u64 {
+        let size = self.map.size();
+        u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers) * 4
+    }
+}
+
+/// What draws the maps.
+pub(crate) struct Shadows {
+    /// Texels a side of the maps.
+    pub(crate) side: u32,
+    /// Bytes asked for.
+    pub(crate) bytes: u64,
+    pub(crate) light: Light,
+    select: SelectCasters,
+    cascades: Vec<CascadeDraw>,
+    draws: BucketDraws,
+    pipeline: wgpu::RenderPipeline,
+}
+
+/// What differs from map to map.
+struct CascadeDraw {
+    /// The frame as the sun sees it, for the vertex shader.
+    config: wgpu::Buffer,
+    step: wgpu::Buffer,
+    select: wgpu::BindGroup,
+    crowd: wgpu::BindGroup,
+    target: wgpu::TextureView,
+}
+
+impl Shadows {
+    pub(crate) fn new(
+        up: &mut Uploader<'_>,
+        c: &CrowdBuffers,
+        f: &FrameBuffers,
+        draw: &DrawCrowd,
+        options: &RendererOptions,
+        side: u32,
+    ) -> Result<Self> {
+        let fewer = "draw fewer instances, or without shadows";
+        let device = up.device;
+        let written = Usage::STORAGE | Usage::COPY_SRC;
+        let uniform = Usage::UNIFORM | Usage::COPY_DST;
+        let light = Light::new(device, draw.light_layout(), side, MAX_CASCADES)?;
+        up.bytes += light.bytes();
+        let casters = up.empty::<LodChoice>("casters", options.max_instances.into(), written, fewer)?;
+        let totals = up.empty::<FrameTotals>("caster totals", 1, written, fewer)?;
+        let no_sums = up.empty::<WeightSums>("no sums", 1, written, fewer)?;
+        let select = SelectCasters::new(device);
+        let mut cascades = Vec::new();
+        for number in 0..MAX_CASCADES {
+            let config = up.empty::<FrameConfig>("caster config", 1, uniform, fewer)?;
+            let step = up.empty::<CascadeStep>("cascade step", 1, uniform, fewer)?;
+            let (shadow, lods) = (&light.config, &c.error_lods);
+            let bound =
+                select.bind(device, &f.config, shadow, &step, &f.instances, &c.clips, lods, &f.choices, &casters);
+            let frame = FrameBuffers { config: config.clone(), ..f.clone() };
+            cascades.push(CascadeDraw {
+                config,
+                step,
+                select: bound,
+                crowd: draw.bind(c, &frame, &f.choices, &f.bases_of_none),
+                target: light.map.create_view(&wgpu::TextureViewDescriptor {
+                    dimension: Some(wgpu::TextureViewDimension::D2),
+                    base_array_layer: number,
+                    array_layer_count: Some(1),
+                    ..Default::default()
+                }),
+            });
+        }
+        let frame = FrameBuffers { config: cascades[0].config.clone(), choices: casters, totals, ..f.clone() };
+        let draws = BucketDraws::new(up, c, &frame, options, &no_sums)?;
+        let pipeline = draw.caster_pipeline("bucketed", &BucketDraws::INPUTS, caster_bias());
+        Ok(Self { side, bytes: up.bytes, light, select, cascades, draws, pipeline })
+    }
+
+    /// Draws the maps. `has_choices`: the levels that the camera sees are in the frame's buffers.
+    pub(crate) fn record(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        recorder: &mut StageRecorder<'_>,
+        crowd: &CrowdBuffers,
+        scenery: Option<&DrawScenery>,
+        config: &FrameConfig,
+        shadow: &ShadowConfig,
+        has_choices: bool,
+    ) {
+        queue.write_buffer(&self.light.config, 0, bytemuck::bytes_of(shadow));
+        recorder.group = Some(SHADOWS);
+        let cascades = self.cascades.iter().zip(&shadow.cascades).take(shadow.cascade_count as usize);
+        for (number, (cascade, place)) in cascades.enumerate() {
+            // Levels by error do not morph; the key's stage would look for water.
+            let from_sun = FrameConfig { clip_from_world: place.clip_from_world, morph: 0, ..*config };
+            let step = CascadeStep { cascade: number as u32, has_choices: has_choices.into(), ..Default::default() };
+            queue.write_buffer(&cascade.config, 0, bytemuck::bytes_of(&from_sun));
+            queue.write_buffer(&cascade.step, 0, bytemuck::bytes_of(&step));
+            let count = config.instance_count;
+            recorder.stage("select_casters", |pass| self.select.record(pass, &cascade.select, count));
+            self.draws.record_keys(recorder, count);
+            self.draws.record_sort(recorder, count);
+            self.draws.record_drawn(recorder, count);
+            let stamps = recorder.draw_stamps("cast", false);
+            let mut pass = recorder.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("cast"),
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &cascade.target,
+                    depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Store }),
+                    stencil_ops: None,
+                }),
+                timestamp_writes: stamps.as_ref().map(|(query_set, start, _)| wgpu::RenderPassTimestampWrites {
+                    query_set,
+                    beginning_of_pass_write_index: Some(*start),
+                    end_of_pass_write_index: None,
+                }),
+                ..Default::default()
+            });
+            if let Some(scenery) = scenery {
+                scenery.cast(device, &mut pass, &cascade.config);
+            }
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, &cascade.crowd, &[]);
+            self.draws.draw(&mut pass, crowd);
+        }
+        recorder.group = None;
+    }
+
+    /// A buffer of the last cascade drawn.
+    pub(crate) fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
+        self.draws.buffer(name)
+    }
+}
+
+/// Of everything that is drawn into the maps.
+pub(crate) fn caster_bias() -> wgpu::DepthBiasState {
+    wgpu::DepthBiasState { constant: 0, slope_scale: SLOPE_BIAS, clamp: 0.0 }
+}

@@ -1,0 +1,69 @@
+// Who throws a shadow into a cascade, and at which level. Twin: crowd-stages/src/cpu/select_casters.rs.
+
+@group(0) @binding(0) var<uniform> config: FrameConfig;
+@group(0) @binding(1) var<uniform> shadow: ShadowConfig;
+@group(0) @binding(2) var<uniform> which: CascadeStep;
+@group(0) @binding(3) var<storage, read> instances: array<InstanceRecord>;
+@group(0) @binding(4) var<storage, read> clips: array<ClipRecord>;
+@group(0) @binding(5) var<storage, read> error_lods: array<LodRecord>;
+// What the camera sees.
+@group(0) @binding(6) var<storage, read> choices: array<LodChoice>;
+@group(0) @binding(7) var<storage, read_write> casters: array<LodChoice>;
+
+// Half texels at a map's rim that may not be read: those of the filter and of the offsets along normals.
+const FINER_TEXELS: f32 = 16.0;
+
+// Whether all that a sphere may shade finds its shadow in a finer map: light falls along the map's depth, so that is what lies
+// behind its outline.
+fn is_in_finer(center: vec3f, radius: f32) -> bool {
+    if which.cascade == 0u {
+        return false;
+    }
+    let finer = shadow.cascades[which.cascade - 1u];
+    let at = finer.clip_from_world * vec4f(center, 1.0);
+    return max(abs(at.x), abs(at.y)) + radius / finer.half_m <= 1.0 - FINER_TEXELS / f32(shadow.side);
+}
+
+// Whether a sphere and its shadow down to the floor meet the frustum.
+fn shadow_may_show(center: vec3f, radius: f32) -> bool {
+    let end = center - SUN_DIRECTION * (max(center.y + radius - shadow.floor_m, 0.0) / SUN_DIRECTION.y);
+    var shows = true;
+    for (var p = 0u; p < 6u; p++) {
+        let plane = config.planes[p];
+        shows = shows && max(dot(plane.xyz, center), dot(plane.xyz, end)) + plane.w >= -radius;
+    }
+    return shows;
+}
+
+@compute @workgroup_size(BLOCK_SIZE)
+fn select_casters(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = group_number(workgroup) * BLOCK_SIZE + lane;
+    if i >= config.instance_count {
+        return;
+    }
+    let instance = instances[i];
+    let sphere = clips[instance.clip].sphere;
+    let center = world_from_local(instance, sphere.xyz);
+    let radius = sphere.w * instance.scale;
+    let cascade = shadow.cascades[which.cascade];
+    let at = cascade.clip_from_world * vec4f(center, 1.0);
+    let meets = max(abs(at.x), abs(at.y)) <= 1.0 + radius / cascade.half_m;
+    if !meets || is_in_finer(center, radius) || !shadow_may_show(center, radius) {
+        casters[i] = LodChoice(0u, 0u);
+        return;
+    }
+    let product = instance.scale * cascade.details_per_m;
+    let entry = (max(bitcast<u32>(product), ERROR_FIRST_BITS) - ERROR_FIRST_BITS) >> ERROR_SHIFT;
+    let first = instance.character * ERROR_ENTRIES;
+    var level = error_lods[first + min(entry, ERROR_ENTRIES - 1u)];
+    let coarsest = error_lods[first];
+    let seen = choices[i];
+    if which.has_choices == 1u && seen.vertex_count > 0u && seen.vertex_count < level.vertex_count {
+        level = LodRecord(seen.vertex_count, seen.triangle_count);
+        // Dots throw the shadow of the coarsest mesh.
+        if seen.vertex_count < coarsest.vertex_count {
+            level = coarsest;
+        }
+    }
+    casters[i] = LodChoice(level.vertex_count, level.triangle_count);
+}

@@ -1,0 +1,111 @@
+//! Shadows in pictures: where they fall, where they do not, and with whom.
+
+use crate::cases::data;
+use crate::occlusion::{HEIGHT, ON, WIDTH, renderer as street_renderer, street};
+use crate::whole_chain::{OPTIONS, draw, renderer};
+use crowd_stages::{DrawOptions, FrameConfig, FrameView, InstanceRecord, SUN_DIRECTION, Technique, Weight};
+use crowd_tests::gpu::{self, Picture};
+use crowd_tests::synthetic;
+use glam::{Mat4, Vec3};
+
+const SHADED: DrawOptions = DrawOptions { technique: Technique::Bucketed, shadows: 4, occlusion: false, ..ON };
+const PLAIN: DrawOptions = DrawOptions { shadows: 0, ..SHADED };
+
+fn view(eye: Vec3, target: Vec3, fov_y_rad: f32) -> FrameView {
+    let camera = glam::camera::rh::view::look_at_mat4(eye, target, Vec3::Y);
+    let projection = glam::camera::rh::proj::directx::perspective(fov_y_rad, 16.0 / 9.0, 0.5, 1000.0);
+    let clip_from_world = projection * camera;
+    FrameView { clip_from_world, fov_y_rad, ..synthetic::view(eye, target, u32::MAX, Weight::Area, HEIGHT) }
+}
+
+/// Somebody stout on an empty place.
+fn somebody() -> Vec<InstanceRecord> {
+    vec![InstanceRecord { scale: 1.0, character: 1, clip: data().characters[1].clip_offset, ..Default::default() }]
+}
+
+/// Pictures with and without shadows.
+fn pictures(instances: &[InstanceRecord], view: &FrameView, technique: Technique) -> [Vec<[u8; 4]>; 2] {
+    let mut renderer = renderer(OPTIONS, instances);
+    let picture = Picture::new((WIDTH, HEIGHT));
+    let config = FrameConfig::from_camera(view);
+    [SHADED, PLAIN].map(|options| {
+        draw(&mut renderer, &picture, &config, DrawOptions { technique, ..options });
+        picture.pixels()
+    })
+}
+
+fn brightness(pixel: [u8; 4]) -> i32 {
+    pixel.iter().take(3).map(|value| i32::from(*value)).sum()
+}
+
+/// The pixel at which a place is seen.
+fn pixel_of(view: &FrameView, p: Vec3) -> usize {
+    let at = view.clip_from_world.project_point3(p);
+    let (x, y) = ((at.x * 0.5 + 0.5) * WIDTH as f32, (0.5 - at.y * 0.5) * HEIGHT as f32);
+    y as usize * WIDTH as usize + x as usize
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn a_shadow_falls_away_from_the_sun_begins_at_the_feet_and_nothing_gets_brighter() {
+    let view = view(Vec3::new(-1.0, 9.0, 7.0), Vec3::new(-0.5, 0.0, -0.5), 0.6);
+    for technique in [Technique::Bucketed, Technique::PseudoInstancing, Technique::Reform] {
+        let [shaded, plain] = pictures(&somebody(), &view, technique);
+        let sun = Vec3::from(SUN_DIRECTION);
+        let away = -Vec3::new(sun.x, 0.0, sun.z) / sun.y;
+        let darker = |p: Vec3| brightness(plain[pixel_of(&view, p)]) - brightness(shaded[pixel_of(&view, p)]);
+        for height_m in [0.5, 0.8, 1.1] {
+            assert!(darker(away * height_m) > 60, "{technique}: {} at {height_m} m", darker(away * height_m));
+        }
+        for p in [-away, away * 3.5, away * 0.8 + Vec3::new(1.5, 0.0, -1.2), away * 0.8 - Vec3::new(1.5, 0.0, -1.2)] {
+            assert_eq!(darker(p), 0, "{technique}: {p}");
+        }
+        assert!(shaded.iter().zip(&plain).all(|(a, b)| brightness(*a) <= brightness(*b) + 1), "{technique}");
+    }
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn who_looks_with_the_sun_sees_no_shadow_at_all() {
+    let sun = Vec3::from(SUN_DIRECTION);
+    let instances = synthetic::instances(data(), 25);
+    let share = |eye: Vec3, fov: f32| {
+        let [shaded, plain] = pictures(&instances, &view(eye, Vec3::new(0.0, 0.5, 0.0), fov), Technique::Bucketed);
+        let apart = |(a, b): &(&[u8; 4], &[u8; 4])| brightness(**b) - brightness(**a) > 12;
+        shaded.iter().zip(&plain).filter(apart).count() as f32 / plain.len() as f32
+    };
+    // Acne would be everywhere; at outlines the sun and the eye differ, for the eye is near.
+    let with_the_sun = share(sun * 80.0, 0.14);
+    let aside = share(Vec3::new(-sun.z, sun.y, sun.x) * 80.0, 0.14);
+    println!("{with_the_sun} of the picture in shadow seen from the sun, {aside} from aside");
+    assert!(with_the_sun < 0.02 && aside > 3.0 * with_the_sun, "{with_the_sun} from the sun, {aside} from aside");
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn hidden_people_throw_their_shadows_all_the_same() {
+    let street = street();
+    let mut renderer = street_renderer(1);
+    renderer.set_instances(&gpu::device().1, &street.instances).expect("valid");
+    let picture = Picture::new((WIDTH, HEIGHT));
+    for frame in [0, 1, 6] {
+        let config = street.config(frame);
+        draw(&mut renderer, &picture, &config, DrawOptions { shadows: 3, occlusion: false, ..ON });
+        let without = picture.pixels();
+        let totals = draw(&mut renderer, &picture, &config, DrawOptions { shadows: 3, ..ON });
+        let different = picture.pixels().iter().zip(&without).filter(|(a, b)| a != b).count();
+        assert_eq!(different, 0, "frame {frame}, {} occluded", totals.occluded_count);
+    }
+    let config = street.config(6);
+    draw(&mut renderer, &picture, &config, ON);
+    let plain = picture.pixels();
+    draw(&mut renderer, &picture, &config, DrawOptions { shadows: 3, ..ON });
+    assert!(picture.pixels() != plain, "shadows show");
+}
+
+#[test]
+fn a_place_is_seen_at_its_pixel() {
+    let view = view(Vec3::new(0.0, 5.0, 5.0), Vec3::ZERO, 0.6);
+    assert_eq!(pixel_of(&view, Vec3::ZERO), (HEIGHT / 2 * WIDTH + WIDTH / 2) as usize);
+    assert_eq!(Mat4::IDENTITY.project_point3(Vec3::X), Vec3::X);
+}
