@@ -44,6 +44,18 @@ bench-peng2011:
 bench-million:
     cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed --counts 30000,1000000 --budget 3600000 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --markdown docs/BENCHMARKS-MILLION.md
 
+# Write docs/BENCHMARKS-OCCLUSION.md again: a street with walls at full detail, with and without those whom others hide (bake the cast first)
+bench-occlusion:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+occlusion --layout street --walkable fixtures/scenes/street.wkt --eye=-5,1.7,50 --target=-4,1.2,0 --count 2000 --budget 20000000 --size 640x360 --msaa 1 --rounds 3 --warm-up 2 --skinning vertex --markdown docs/BENCHMARKS-OCCLUSION.md --assert 'triangles:bucketed+occlusion/bucketed <= 0.5' --assert 'bucketed+occlusion/bucketed <= 0.5'
+
+# Write docs/BENCHMARKS-OCCLUSION-FIELD.md again: the same on an open field from above, where nobody is hidden and all of it is overhead
+bench-occlusion-field:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+occlusion --count 8192 --size 640x360 --msaa 1 --rounds 15 --warm-up 2 --skinning vertex --markdown docs/BENCHMARKS-OCCLUSION-FIELD.md --assert 'bucketed+occlusion/bucketed <= 1.03' --assert 'gpu_ms:bucketed+occlusion/bucketed <= 1.03'
+
+# Write docs/BENCHMARKS-SHADOWS.md again: four shadow maps of the sun
+bench-shadows:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+shadows --counts 1024,8192 --size 640x360 --msaa 1 --rounds 7 --warm-up 2 --skinning vertex --markdown docs/BENCHMARKS-SHADOWS.md --assert 'bucketed+shadows/bucketed <= 1.6' --assert 'gpu_ms:bucketed+shadows/bucketed <= 1.6'
+
 # Time the simplifier
 bench:
     cargo bench -p crowd-lod
