@@ -51,20 +51,38 @@ fn read_samples(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocati
     farthest[i] = max(upper, max(depth_of_samples(x, below), depth_of_samples(right, below)));
 }
 
-// A coarser level from the one before.
-@compute @workgroup_size(BLOCK_SIZE)
-fn halve(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let i = group_number(workgroup) * BLOCK_SIZE + lane;
-    let level = pyramid.levels[step.level];
-    let finer = pyramid.levels[step.level - 1u];
-    if i >= level.width * level.height {
-        return;
-    }
+// Number i of a level from the level before.
+fn halved(number: u32, i: u32) -> f32 {
+    let level = pyramid.levels[number];
+    let finer = pyramid.levels[number - 1u];
     let x = 2u * (i % level.width);
     let y = 2u * (i / level.width);
     let right = min(x + 1u, finer.width - 1u);
     let upper = finer.offset + y * finer.width;
     let lower = finer.offset + min(y + 1u, finer.height - 1u) * finer.width;
     let most = max(farthest[upper + x], farthest[upper + right]);
-    farthest[level.offset + i] = max(most, max(farthest[lower + x], farthest[lower + right]));
+    return max(most, max(farthest[lower + x], farthest[lower + right]));
+}
+
+// A coarser level from the one before.
+@compute @workgroup_size(BLOCK_SIZE)
+fn halve(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = group_number(workgroup) * BLOCK_SIZE + lane;
+    let level = pyramid.levels[step.level];
+    if i >= level.width * level.height {
+        return;
+    }
+    farthest[level.offset + i] = halved(step.level, i);
+}
+
+// One group: that level and all coarser ones, which are so small that dispatches of their own would cost more.
+@compute @workgroup_size(BLOCK_SIZE)
+fn finish(@builtin(local_invocation_index) lane: u32) {
+    for (var number = step.level; number < pyramid.level_count; number++) {
+        let level = pyramid.levels[number];
+        for (var i = lane; i < level.width * level.height; i += BLOCK_SIZE) {
+            farthest[level.offset + i] = halved(number, i);
+        }
+        storageBarrier();
+    }
 }

@@ -4,8 +4,8 @@ use crate::cases::first_difference;
 use crowd_stages::{PyramidConfig, cpu, gpu::BuildPyramid};
 use crowd_tests::{gpu, synthetic::hash};
 
-/// Odd, even, long, a power of two, one pixel.
-const SIZES: [(u32, u32); 7] = [(1, 1), (2, 1), (64, 64), (63, 65), (641, 17), (1, 300), (320, 181)];
+/// Odd, even, long, a power of two, one pixel, one whose second level is large.
+const SIZES: [(u32, u32); 8] = [(1, 1), (2, 1), (64, 64), (63, 65), (641, 17), (1, 300), (320, 181), (700, 401)];
 
 /// A depth of a picture that a formula draws: the vertex shader covers it, the fragment shader has the depth.
 const PAINT: &str = "

@@ -1,22 +1,28 @@
-//! Dispatches of the depth pyramid: the finest level from the depth texture, then one dispatch a level.
+//! Dispatches of the depth pyramid: the finest level from the depth texture, then one dispatch a large level and one for the others.
 
 use super::kernel::{Use, blocks, buffer_entry, stage_source};
 use crate::{PyramidConfig, PyramidStep};
 use wgpu::util::DeviceExt;
+
+/// Numbers of a level that one group makes in a few turns.
+const SMALL: u32 = 4096;
 
 /// Shader: `shaders/stages/build_pyramid.wgsl`. Twin: [`crate::cpu::build_pyramid`].
 pub struct BuildPyramid {
     /// From one sample a pixel, and from several.
     read: [(wgpu::ComputePipeline, wgpu::BindGroupLayout); 2],
     halve: (wgpu::ComputePipeline, wgpu::BindGroupLayout),
+    finish: (wgpu::ComputePipeline, wgpu::BindGroupLayout),
 }
 
 /// The buffers and the depth of one size, bound.
 pub struct BoundPyramid {
     config: PyramidConfig,
     read: wgpu::BindGroup,
-    /// Of each level but the finest.
+    /// Of each large level but the finest.
     halve: Vec<wgpu::BindGroup>,
+    /// Of all others, if there are any.
+    finish: Option<wgpu::BindGroup>,
 }
 
 impl BuildPyramid {
@@ -69,6 +75,7 @@ impl BuildPyramid {
                 entry_point("read_samples", &[config, farthest, depth(4, true)]),
             ],
             halve: entry_point("halve", &[config, buffer(1, Use::Uniform), farthest]),
+            finish: entry_point("finish", &[config, buffer(1, Use::Uniform), farthest]),
         }
     }
 
@@ -92,7 +99,7 @@ impl BuildPyramid {
                 entry(3 + several as u32, wgpu::BindingResource::TextureView(depth)),
             ],
         });
-        let halve = |level: u32| {
+        let of_level = |level: u32, layout: &wgpu::BindGroupLayout| {
             let step = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("pyramid step"),
                 contents: bytemuck::bytes_of(&PyramidStep { level, ..Default::default() }),
@@ -100,7 +107,7 @@ impl BuildPyramid {
             });
             device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("halve"),
-                layout: &self.halve.1,
+                layout,
                 entries: &[
                     entry(0, pyramid.as_entire_binding()),
                     entry(1, step.as_entire_binding()),
@@ -108,14 +115,23 @@ impl BuildPyramid {
                 ],
             })
         };
-        BoundPyramid { config, read, halve: (1..config.level_count).map(halve).collect() }
+        let is_large = |level: &u32| {
+            let level = &config.levels[*level as usize];
+            level.width * level.height > SMALL
+        };
+        let small = (1..config.level_count).find(|level| !is_large(level)).unwrap_or(config.level_count);
+        let halve = (1..small).map(|level| of_level(level, &self.halve.1)).collect();
+        let finish = (small < config.level_count).then(|| of_level(small, &self.finish.1));
+        BoundPyramid { config, read, halve, finish }
     }
 
-    /// Records the dispatches, one a level.
+    /// Records the dispatches, one a large level and one for all small ones.
     pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bound: &BoundPyramid) {
-        let mut dispatch = |pipeline: &wgpu::ComputePipeline, group: &wgpu::BindGroup, level: usize| {
+        let groups_of = |level: usize| {
             let level = &bound.config.levels[level];
-            let groups = blocks(level.width * level.height);
+            blocks(level.width * level.height)
+        };
+        let mut dispatch = |pipeline: &wgpu::ComputePipeline, group: &wgpu::BindGroup, groups: u32| {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, group, &[]);
             pass.dispatch_workgroups(
@@ -124,9 +140,12 @@ impl BuildPyramid {
                 1,
             );
         };
-        dispatch(&self.read[usize::from(bound.config.sample_count > 1)].0, &bound.read, 0);
+        dispatch(&self.read[usize::from(bound.config.sample_count > 1)].0, &bound.read, groups_of(0));
         for (before, group) in bound.halve.iter().enumerate() {
-            dispatch(&self.halve.0, group, before + 1);
+            dispatch(&self.halve.0, group, groups_of(before + 1));
+        }
+        if let Some(group) = &bound.finish {
+            dispatch(&self.finish.0, group, 1);
         }
     }
 }
