@@ -40,6 +40,10 @@ bench-crowd-morphs:
 bench-peng2011:
     cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b3,bucketed --counts 32,64,128,256,512,1024,2048,4096,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/BENCHMARKS-PENG2011.md
 
+# Write docs/BENCHMARKS-POPS.md again: how much changes from frame to frame by levels alone, on a camera that goes through the crowd
+bench-pops:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b2,b3,bucketed,bucketed+jumps --counts 256 --size 640x360 --msaa 4 --rounds 60 --warm-up 1 --camera-path line --dots 0 --budget 100000 --pops --markdown docs/BENCHMARKS-POPS.md --assert 'pop_energy:bucketed/b2 <= 0.1' --assert 'pop_energy:bucketed/bucketed+jumps <= 0.25'
+
 # Write docs/BENCHMARKS-MILLION.md again: a crowd of 30,000 and one of 1,000,000 with one budget
 bench-million:
     cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed --counts 30000,1000000 --budget 3600000 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --markdown docs/BENCHMARKS-MILLION.md

@@ -226,6 +226,7 @@ pub const ON: DrawOptions = DrawOptions {
     occlusion: true,
     skinning: Skinning::Vertex,
     shadows: 0,
+    frozen: false,
 };
 
 pub fn renderer(sample_count: u32) -> CrowdRenderer {

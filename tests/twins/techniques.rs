@@ -19,6 +19,7 @@ const ORACLE: DrawOptions = DrawOptions {
     occlusion: false,
     skinning: Skinning::Vertex,
     shadows: 0,
+    frozen: false,
 };
 /// Levels that change at once, as those of the oracle.
 const AT_ONCE: DrawOptions = DrawOptions { technique: Technique::Bucketed, ..ORACLE };
@@ -229,4 +230,36 @@ fn far_away_dots_look_much_like_what_they_stand_for() {
     draw(&mut renderer, &picture, &config, Technique::Bucketed);
     let nobody = compare(&picture.pixels(), &full).rms;
     assert!(nobody > 1.5 * dots.rms, "{nobody} of nobody, {} of dots", dots.rms);
+}
+
+/// Levels stay those of the frame before while the camera goes on, and are chosen anew where there is none.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn a_frozen_frame_has_the_levels_of_the_one_before_and_its_own_camera() {
+    let (instances, near) = close_up();
+    let near = FrameConfig { budget: 6000, ..near };
+    let far = synthetic::view(Vec3::new(9.0, 7.2, 25.0), Vec3::new(0.0, 0.8, 0.0), 6000, Weight::Area, 360);
+    let far = FrameConfig::from_camera(&far);
+    let mut renderer = renderer(OPTIONS, &instances);
+    let picture = Picture::new((640, 360));
+    for technique in [Technique::Discrete, Technique::Reform, Technique::Bucketed] {
+        let frozen = DrawOptions { frozen: true, ..technique.into() };
+        draw(&mut renderer, &picture, &near, technique);
+        let of_near = picture.pixels();
+        draw(&mut renderer, &picture, &far, frozen);
+        let (of_far_frozen, totals) = (picture.pixels(), draw(&mut renderer, &picture, &near, frozen));
+        assert_eq!(compare(&picture.pixels(), &of_near).max, 0, "{technique}: back at its camera nothing has changed");
+        assert!(totals.vertex_count > 0);
+        draw(&mut renderer, &picture, &far, technique);
+        let own = picture.pixels();
+        assert!(compare(&of_far_frozen, &own).max > 0, "{technique}: other levels are another picture");
+        assert!(compare(&of_far_frozen, &own).rms < compare(&of_near, &own).rms, "{technique}: of this camera");
+        // Of other instances nothing is held.
+        renderer.set_instances(&gpu::device().1, &instances[..30]).expect("they fit");
+        draw(&mut renderer, &picture, &near, frozen);
+        let first_frozen = picture.pixels();
+        draw(&mut renderer, &picture, &near, technique);
+        assert_eq!(compare(&picture.pixels(), &first_frozen).max, 0, "{technique}: a first frame is like any other");
+        renderer.set_instances(&gpu::device().1, &instances).expect("they fit");
+    }
 }

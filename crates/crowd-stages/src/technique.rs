@@ -159,6 +159,9 @@ pub struct DrawOptions {
     pub skinning: Skinning,
     /// Shadow maps of the sun, 0 to 4; none without.
     pub shadows: u32,
+    /// Who is drawn and at which levels stays as in the technique's last frame; camera and poses go on. A frame that comes first,
+    /// or after other instances, is a frame like any other; hidden ones are not left out.
+    pub frozen: bool,
 }
 
 impl DrawOptions {
@@ -183,7 +186,7 @@ impl DrawOptions {
     /// Whether hidden instances are left out: where buckets are drawn by levels that follow the water's height, which says at
     /// which levels newly seen ones come.
     pub fn occludes(&self) -> bool {
-        self.technique == Technique::Bucketed && self.fit == Fit::Fill && self.occlusion
+        self.technique == Technique::Bucketed && self.fit == Fit::Fill && self.occlusion && !self.frozen
     }
 
     /// Whether characters a few pixels high may be dots.

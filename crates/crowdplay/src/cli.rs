@@ -189,6 +189,10 @@ pub struct Args {
     #[arg(long, default_value = "off", value_name = "off|N", value_parser = shadows, help_heading = "Level of detail")]
     pub shadows: u32,
 
+    /// Who is drawn and at which levels stays as in the first frame, so that a moving camera shows what was chosen for it
+    #[arg(long, help_heading = "Level of detail")]
+    pub freeze: bool,
+
     /// Metres from which the technique `discrete` draws its second and third level [default: where somebody of 1.8 m is
     /// 200 and 66 pixels high]
     #[arg(long, value_name = "M,M", value_parser = depths, help_heading = "Level of detail")]

@@ -1,15 +1,13 @@
 //! Frames drawn by the software rasteriser: the stages' CPU twins, posing in parallel, one batch at a time.
 
+use crate::cpu_levels::CpuLevels;
 use crate::crowd::Crowd;
 use crate::picture::Picture;
 use crate::scenery::Scenery;
 use crate::{Error, Result};
-use crowd_pack::{CharacterRecord, LodRecord, MaterialRecord, NONE, VertexRecord, material_flags};
+use crowd_pack::{CharacterRecord, MaterialRecord, NONE, VertexRecord, material_flags};
 use crowd_raster::{Batch, Fill, Material, Mip, Target, Texture, View, Wrap};
-use crowd_stages::{
-    Buckets, CrowdData, DrawOptions, Fit, FrameConfig, FrameTotals, InstanceRecord, Levels, LodChoice, Technique,
-    Weight, cpu,
-};
+use crowd_stages::{CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, LodChoice, cpu};
 use glam::{Mat4, Vec3};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -25,9 +23,7 @@ const BATCH_MATERIALS: usize = 1 << 16;
 pub struct CpuBackend {
     textures: Vec<Texture>,
     materials: Vec<Material>,
-    quantized_lods: Vec<LodRecord>,
-    error_lods: Vec<LodRecord>,
-    buckets: Buckets,
+    levels: CpuLevels,
     /// The newest frame, `factor` times as wide and high as asked for.
     target: Target,
     factor: u32,
@@ -49,14 +45,11 @@ impl CpuBackend {
                 allowed: format!("up to {} pixels on the CPU", MOST_PIXELS / u64::from(factor * factor)),
             });
         }
-        let buckets = Buckets::of(&crowd.data)?;
         let texture = |layer: &crowd_stages::TextureLayer| Texture { mips: mips(layer, crowd.data.layer_side) };
         Ok(Self {
             textures: crowd.data.layers.iter().map(texture).collect(),
             materials: crowd.data.materials.iter().map(material).collect(),
-            error_lods: buckets.error_lods(),
-            quantized_lods: buckets.quantized_lods(&crowd.data),
-            buckets,
+            levels: CpuLevels::new(&crowd.data)?,
             target: Target::new(size[0] * factor, size[1] * factor, [0, 0, 0, 255]),
             factor,
             timings_ms: Vec::new(),
@@ -73,10 +66,8 @@ impl CpuBackend {
 
     /// Draws a frame.
     pub fn draw(&mut self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> FrameTotals {
-        // Dots are the GPU's: here everyone keeps a mesh.
-        let config = &FrameConfig { dot_area_px2: 0.0, ..*config };
         let start = Instant::now();
-        let frame = self.select(crowd, config, options);
+        let frame = self.levels.select(crowd, config, options);
         let selected = Instant::now();
         let view = View {
             clip_from_world: Mat4::from_cols_array_2d(&config.clip_from_world),
@@ -101,28 +92,6 @@ impl CpuBackend {
             ("pose_and_draw", ms(grounded, Instant::now())),
         ];
         frame.totals
-    }
-
-    /// The levels that the technique would draw; how they are submitted does not matter here.
-    fn select(&self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> cpu::CpuFrame {
-        let Crowd { data, instances, .. } = crowd;
-        let by_error = config.weight == Weight::Error as u32;
-        match options.technique {
-            Technique::PseudoInstancing => cpu::select_full_detail(data, instances, config),
-            Technique::Instanced => cpu::select_visible(data, instances, config),
-            Technique::Discrete => cpu::select_discrete(data, &self.buckets, instances, config),
-            Technique::StaticFloor | Technique::Bucketed if options.morphs() && !by_error => {
-                cpu::run_morphing_selection(data, &self.buckets, &self.quantized_lods, instances, config)
-            }
-            Technique::Reform | Technique::StaticFloor | Technique::Bucketed => {
-                let lods = match options.levels() {
-                    _ if by_error => &self.error_lods,
-                    Levels::Continuous => &data.lods,
-                    Levels::Quantized => &self.quantized_lods,
-                };
-                cpu::run_selection(data, lods, instances, config, if by_error { Fit::Fill } else { options.fit })
-            }
-        }
     }
 
     /// The newest frame's pixels.

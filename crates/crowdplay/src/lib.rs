@@ -8,6 +8,7 @@ pub mod bench;
 pub mod camera_control;
 pub mod cli;
 pub mod cpu_backend;
+pub mod cpu_levels;
 pub mod crowd;
 pub mod error;
 pub mod governor;

@@ -204,6 +204,8 @@ fn graph(ui: &mut Ui, frame_ms: &VecDeque<f32>) {
 }
 
 fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
+    ui.checkbox(&mut knobs.draw.frozen, "freeze culling and levels (F)")
+        .on_hover_text("Who is drawn and at which levels stays; go around and look at it");
     let largest = knobs.largest_budget.max(1_001);
     ui.add(Slider::new(&mut knobs.budget, 1_000..=largest).logarithmic(true).text("budget N"));
     ui.horizontal(|ui| {
@@ -300,6 +302,7 @@ fn keys(ui: &mut Ui, control: &CameraControl) {
         ("W A S D Q E", "move, Shift fast".to_owned()),
         ("Space", "pause".to_owned()),
         ("O", "occlusion culling".to_owned()),
+        ("F", "freeze culling and levels".to_owned()),
         ("R", "first view".to_owned()),
         ("P", "save picture".to_owned()),
         ("F1", "hide this".to_owned()),

@@ -365,6 +365,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
                 occlusion: args.occlusion == Switch::On,
                 skinning: args.skinning.skinning(),
                 shadows: args.shadows,
+                frozen: args.freeze,
                 levels: if args.snap_levels { Levels::Quantized } else { Levels::Continuous },
             },
             lod_depths_m: args.lod_depths,

@@ -296,6 +296,7 @@ impl Running {
         match key {
             KeyCode::Tab => self.control.switch_mode(),
             KeyCode::Space => self.knobs.paused = !self.knobs.paused,
+            KeyCode::KeyF => self.knobs.draw.frozen = !self.knobs.draw.frozen,
             KeyCode::KeyO => self.knobs.draw.occlusion = !self.knobs.draw.occlusion,
             KeyCode::KeyR => self.control.reset(),
             KeyCode::KeyP => self.knobs.screenshot = true,

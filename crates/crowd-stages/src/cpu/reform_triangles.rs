@@ -48,7 +48,7 @@ pub fn reform_level(data: &CrowdData, character: &CharacterRecord, choice: LodCh
 }
 
 /// Follows collapse targets until one lies below `k`. A target lies below its vertex (the pack's reader checked), so this ends.
-pub(crate) fn surviving(collapse_map: &[u32], mut v: u32, k: u32) -> u32 {
+pub fn surviving(collapse_map: &[u32], mut v: u32, k: u32) -> u32 {
     while v >= k {
         let target = collapse_map[v as usize];
         if target >= v {

@@ -90,6 +90,8 @@ pub struct CrowdRenderer {
     bounds: CrowdBounds,
     draw: DrawCrowd,
     painters: [Option<Box<dyn Painter>>; Technique::ALL.len()],
+    /// Whether a technique's buffers hold a whole frame of the present instances, to be drawn again frozen.
+    holds_frame: [bool; Technique::ALL.len()],
     meters: Meters,
     read_back: ReadBack,
     trial: SkinningTrial,
@@ -135,6 +137,7 @@ impl CrowdRenderer {
             scenery: None,
             occlusion: None,
             painters: Default::default(),
+            holds_frame: Default::default(),
             meters: Meters { clock: StageClock::new(device, queue, MOST_STAMPED), runs: RunCounter::new(device) },
             read_back: ReadBack::default(),
             trial: SkinningTrial::default(),
@@ -217,7 +220,11 @@ impl CrowdRenderer {
             let reach = (glam::Vec3::new(x, y, z).length() + radius) * instance.scale.abs();
             self.bounds.add(instance.position.into(), reach);
         }
-        self.instance_characters = instances.iter().map(|instance| instance.character).collect();
+        let new: Vec<u32> = instances.iter().map(|instance| instance.character).collect();
+        if new != self.instance_characters {
+            self.holds_frame = Default::default();
+            self.instance_characters = new;
+        }
         let characters = || instances.iter().map(|instance| &self.characters[instance.character as usize]);
         let sum = |count: fn(&CharacterRecord) -> u32| characters().fold(0u32, |sum, c| sum.saturating_add(count(c)));
         self.full_detail_totals = FrameTotals {
@@ -321,7 +328,14 @@ impl CrowdRenderer {
         };
         let Meters { clock, runs } = &self.meters;
         let mut recorder = StageRecorder::new(encoder, clock.as_ref().map(|clock| clock.queries.clone()));
-        painter.record_stages(&mut recorder, &context);
+        let holds_frame = &mut self.holds_frame[options.technique.number()];
+        if options.frozen && *holds_frame {
+            painter.record_frozen(&mut recorder, &context);
+        } else {
+            painter.record_stages(&mut recorder, &context);
+            // With occlusion culling the second phase overwrites the first.
+            *holds_frame = !options.occludes();
+        }
         let shadows = self.shadows.as_ref().filter(|_| options.shadows > 0);
         if let Some(shadows) = shadows {
             let shadow = fit_cascades(&config, &draw_config, &self.bounds, options.shadows);

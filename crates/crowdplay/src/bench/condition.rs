@@ -36,10 +36,16 @@ pub enum Quantity {
     RunsPerTriangle,
     /// Difference of the last frame to full detail.
     Image,
+    /// What changes in the picture by levels alone.
+    Pop,
+    /// How far the surface moves by them, RMS.
+    PopPx,
+    /// The mean of its square: pop energy.
+    PopEnergy,
 }
 
 impl Quantity {
-    const NAMES: [(&'static str, Self); 14] = [
+    const NAMES: [(&'static str, Self); 17] = [
         ("frame_ms", Self::Frame),
         ("frame_p95_ms", Self::FrameP95),
         ("gpu_ms", Self::Gpu),
@@ -54,6 +60,9 @@ impl Quantity {
         ("vertex_runs", Self::VertexRuns),
         ("runs_per_triangle", Self::RunsPerTriangle),
         ("image_rmse", Self::Image),
+        ("pop_rmse", Self::Pop),
+        ("pop_px", Self::PopPx),
+        ("pop_energy", Self::PopEnergy),
     ];
 
     /// Its value in a row; `None` where the adapter does not measure it.
@@ -73,6 +82,9 @@ impl Quantity {
             Self::VertexRuns => row.vertex_runs.map(|runs| runs as f64),
             Self::RunsPerTriangle => row.runs_per_triangle.map(f64::from),
             Self::Image => row.image_rmse.map(f64::from),
+            Self::Pop => row.pop_rmse.map(f64::from),
+            Self::PopPx => row.pop_px.map(f64::from),
+            Self::PopEnergy => row.pop_px.map(|px| f64::from(px) * f64::from(px)),
         }
     }
 }

@@ -1,9 +1,11 @@
 //! Draws the frames, in turn, and gathers the rows.
 
+use super::pops::{Pops, measure_pops};
 use super::rows::{BenchReport, Judged, Row, SCHEMA_VERSION};
 use super::variant::Variant;
 use super::words::Asked;
 use crate::backend;
+use crate::cpu_levels::CpuLevels;
 use crate::crowd::{self, Crowd};
 use crate::gpu_backend::GpuBackend;
 use crate::gpu_device::Gpu;
@@ -166,6 +168,22 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
             });
         }
     }
+    if asked.words.pops {
+        let config_of = |frame: u32| {
+            let time_s = start_s + frame as f32 * dt_s;
+            frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget)
+        };
+        backend.set_instances(&crowd.instances)?;
+        let levels = CpuLevels::new(&crowd.data)?;
+        for (row, contender) in rows.iter_mut().zip(&contenders) {
+            let options = contender.variant.options(plan.detail.draw);
+            let pops = measure_pops(&mut backend, &mut crowd, &levels, options, rounds, &config_of)?;
+            row.pop_rmse = pops.as_ref().map(Pops::rmse);
+            row.pop_p999 = pops.as_ref().map(Pops::p999);
+            row.pop_px = pops.as_ref().map(|pops| pops.moves().rms_px());
+            row.pop_far_share = pops.as_ref().map(|pops| pops.moves().far_share());
+        }
+    }
     let base = rows[0].frame_ms.median;
     rows.iter_mut().for_each(|row| row.frame_ratio = row.frame_ms.median / base);
     Ok(rows)
@@ -215,6 +233,10 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
             .filter(|_| contender.last.triangle_count > 0)
             .map(|runs| runs as f32 / contender.last.triangle_count as f32),
         image_rmse: None,
+        pop_rmse: None,
+        pop_p999: None,
+        pop_px: None,
+        pop_far_share: None,
         overflow: overflow_words(overflow),
     }
 }

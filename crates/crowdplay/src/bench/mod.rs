@@ -6,6 +6,7 @@
 
 mod condition;
 mod measure;
+mod pops;
 mod rows;
 mod variant;
 mod words;

@@ -83,6 +83,14 @@ pub struct Row {
     /// Difference of the last frame to full detail, RMS of sRGB 0 to 1 over the pixels that show anyone; `None` where full detail is too much to
     /// draw.
     pub image_rmse: Option<f32>,
+    /// What changes from frame to frame by levels alone, RMS over the pixels that show anyone; `None` unless asked for.
+    pub pop_rmse: Option<f32>,
+    /// The same of one pixel in a thousand.
+    pub pop_p999: Option<f32>,
+    /// How far the surface moves from frame to frame by levels alone, RMS over all vertices of full detail, pixels.
+    pub pop_px: Option<f32>,
+    /// Share of those that move farther than a quarter of a pixel.
+    pub pop_far_share: Option<f32>,
     /// What did not fit in some frame.
     pub overflow: Vec<&'static str>,
 }
@@ -102,7 +110,7 @@ pub struct Judged {
 
 /// Columns of the table for spreadsheets.
 const COLUMNS: &str = "adapter,driver,device_type,pack,width,height,samples,rounds,count,technique,skinning,budget,frame_ms_median,frame_ms_p95,\
-frame_ratio,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,image_rmse,overflow,features";
+frame_ratio,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,image_rmse,pop_rmse,pop_p999,pop_px,pop_far_share,overflow,features";
 
 impl BenchReport {
     /// Comma-separated values with a header; text with quotes around it.
@@ -131,7 +139,7 @@ impl BenchReport {
             } = row;
             let _ = writeln!(
                 csv,
-                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{}",
+                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{},{},{},{},{}",
                 self.samples,
                 self.rounds,
                 frame_ms.median,
@@ -144,6 +152,10 @@ impl BenchReport {
                 row.vertex_runs.map(|runs| runs.to_string()).unwrap_or_default(),
                 optional(row.runs_per_triangle),
                 optional(row.image_rmse),
+                optional(row.pop_rmse),
+                optional(row.pop_p999),
+                optional(row.pop_px),
+                optional(row.pop_far_share),
                 quoted(&row.overflow.join(" ")),
                 quoted(&self.features.join(" ")),
             );
@@ -159,15 +171,15 @@ impl BenchReport {
             "# Benchmarks: drawing a crowd\n\nMade by `{command}`; do not edit by hand. {name} ({backend}, {driver} {driver_version}), \
              {width} x {height} pixels, {} sample(s) a pixel, {} frames of each technique in turn after {} that do not count. \
              Times are medians, milliseconds; *ratio* is to the first technique, *LOD* is everything on the GPU before the draw, *LOD %* its \
-             part of the GPU's time, *visible* who is drawn, *hidden* who is in the frustum but left out behind others, *runs a triangle* the vertex shader's runs as the adapter counts them, *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone).\n\n",
+             part of the GPU's time, *visible* who is drawn, *hidden* who is in the frustum but left out behind others, *runs a triangle* the vertex shader's runs as the adapter counts them, *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone), *pop* what changes from frame to frame by levels alone (RMS over the picture, drawn with the levels of the frame before and its own), *pop px* how far the surface moves by that (RMS over all vertices, pixels; where asked for).\n\n",
             self.samples, self.rounds, self.warm_up
         );
-        out.push_str("| instances | technique | frame ms | p95 | ratio | LOD ms | LOD % | visible | hidden | triangles | vertices | draws | runs a triangle | image |\n");
-        out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+        out.push_str("| instances | technique | frame ms | p95 | ratio | LOD ms | LOD % | visible | hidden | triangles | vertices | draws | runs a triangle | image | pop | pop px |\n");
+        out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
         for row in &self.rows {
             let _ = writeln!(
                 out,
-                "| {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+                "| {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
                 row.count,
                 row.technique,
                 row.frame_ms.median,
@@ -181,7 +193,9 @@ impl BenchReport {
                 row.vertices,
                 row.draws,
                 number(row.runs_per_triangle, 2),
-                number(row.image_rmse, 4)
+                number(row.image_rmse, 4),
+                number(row.pop_rmse, 5),
+                number(row.pop_px, 4)
             );
         }
         if !self.conditions.is_empty() {
@@ -205,7 +219,7 @@ impl BenchReport {
         );
         let _ = writeln!(
             out,
-            "{:>9}  {:<18} {:>10} {:>9} {:>7} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8}",
+            "{:>9}  {:<18} {:>10} {:>9} {:>7} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8} {:>9} {:>9}",
             "instances",
             "technique",
             "frame ms",
@@ -220,12 +234,14 @@ impl BenchReport {
             "vertices",
             "draws",
             "runs/tri",
-            "image"
+            "image",
+            "pop",
+            "pop px"
         );
         for row in &self.rows {
             let _ = writeln!(
                 out,
-                "{:>9}  {:<18} {:>10.2} {:>9.2} {:>7.3} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8}",
+                "{:>9}  {:<18} {:>10.2} {:>9.2} {:>7.3} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8} {:>9} {:>9}",
                 row.count,
                 row.technique,
                 row.frame_ms.median,
@@ -240,7 +256,9 @@ impl BenchReport {
                 row.vertices,
                 row.draws,
                 number(row.runs_per_triangle, 2),
-                number(row.image_rmse, 4)
+                number(row.image_rmse, 4),
+                number(row.pop_rmse, 5),
+                number(row.pop_px, 4)
             );
         }
         out
@@ -304,7 +322,7 @@ mod tests {
         }
         let columns: Vec<usize> =
             page.lines().filter(|line| line.starts_with("| ")).take(3).map(|line| line.matches('|').count()).collect();
-        assert_eq!(columns, [15; 3], "{page}");
+        assert_eq!(columns, [17; 3], "{page}");
     }
 
     #[test]

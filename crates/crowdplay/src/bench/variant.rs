@@ -16,6 +16,8 @@ pub struct Variant {
     pub skinning: Option<Skinning>,
     /// With four shadow maps.
     pub shadows: bool,
+    /// Levels change at once.
+    pub jumps: bool,
 }
 
 /// Shadow maps of a variant with shadows.
@@ -29,6 +31,7 @@ impl Variant {
             occlusion: self.occlusion || draw.occlusion,
             skinning: self.skinning.unwrap_or(draw.skinning),
             shadows: if self.shadows { SHADOW_MAPS } else { draw.shadows },
+            no_morph: self.jumps || draw.no_morph,
             ..draw
         }
     }
@@ -36,16 +39,17 @@ impl Variant {
 
 impl From<Technique> for Variant {
     fn from(technique: Technique) -> Self {
-        Self { technique, occlusion: false, skinning: None, shadows: false }
+        Self { technique, occlusion: false, jumps: false, skinning: None, shadows: false }
     }
 }
 
 impl fmt::Display for Variant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let occlusion = if self.occlusion { "+occlusion" } else { "" };
+        let jumps = if self.jumps { "+jumps" } else { "" };
         let skinning = self.skinning.map(|way| format!("+{}", way.name())).unwrap_or_default();
         let shadows = if self.shadows { "+shadows" } else { "" };
-        f.pad(&format!("{}{occlusion}{skinning}{shadows}", self.technique))
+        f.pad(&format!("{}{occlusion}{jumps}{skinning}{shadows}", self.technique))
     }
 }
 
@@ -61,11 +65,12 @@ impl FromStr for Variant {
             match way {
                 Some(_) if is_bucketed && variant.skinning.is_none() => variant.skinning = way,
                 None if is_bucketed && part == "occlusion" => variant.occlusion = true,
+                None if is_bucketed && part == "jumps" => variant.jumps = true,
                 None if part == "shadows" => variant.shadows = true,
                 _ => {
                     let ways = Skinning::WAYS.map(Skinning::name).join(", ");
                     return Err(format!(
-                        "found {text:?}, allowed after bucketed+: occlusion, shadows and one of {ways}; after others +shadows"
+                        "found {text:?}, allowed after bucketed+: occlusion, jumps, shadows and one of {ways}; after others +shadows"
                     ));
                 }
             }
@@ -82,6 +87,7 @@ pub fn variants() -> impl TypedValueParser<Value = Variant> {
         bucketed("bucketed+occlusion", "The same without those whom others hide"),
         bucketed("bucketed+shadows", "The same with four shadow maps of the sun"),
         bucketed("bucketed+occlusion+shadows", "Both"),
+        bucketed("bucketed+jumps", "The same with levels that change at once"),
         bucketed("bucketed+vertex", "Skinned by the vertex shader from two frames"),
         bucketed("bucketed+palettes", "Skinned by the vertex shader from palettes blended beforehand"),
         bucketed("bucketed+compute", "Skinned by a compute stage"),
@@ -96,15 +102,21 @@ mod tests {
 
     #[test]
     fn variants_are_read_back_and_nonsense_is_refused() {
-        for name in
-            ["bucketed", "reform", "bucketed+occlusion", "bucketed+compute", "bucketed+occlusion+vertex+shadows"]
-        {
+        for name in [
+            "bucketed",
+            "reform",
+            "bucketed+occlusion",
+            "bucketed+compute",
+            "bucketed+occlusion+vertex+shadows",
+            "bucketed+jumps",
+        ] {
             assert_eq!(name.parse::<Variant>().unwrap().to_string(), name);
         }
         let draw = DrawOptions::default();
         assert!("bucketed+occlusion".parse::<Variant>().unwrap().options(draw).occludes());
         let way = |name: &str| name.parse::<Variant>().unwrap().options(draw).skinning;
         assert_eq!([way("bucketed"), way("bucketed+palettes")], [Skinning::Auto, Skinning::Palettes]);
+        assert!(!"bucketed+jumps".parse::<Variant>().unwrap().options(draw).morphs());
         assert!(!"bucketed".parse::<Variant>().unwrap().options(draw).occludes());
         for name in
             ["", "b9", "reform+occlusion", "bucketed+speed", "bucketed+", "b3+compute", "bucketed+vertex+compute"]

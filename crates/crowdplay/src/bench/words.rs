@@ -29,13 +29,13 @@ Examples:
 Conditions: [QUANTITY:]A/B OP NUMBER, or [QUANTITY:]A OP NUMBER; A and B are techniques of --ab, OP is <=, <, >= or >. They must hold at
 every count. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything before the draw), lod_share (its
 part of gpu_ms), draw_ms, shadows_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, image_rmse (to
-full detail).
+full detail), pop_rmse, pop_px, pop_energy (of --pops; the last is pop_px squared).
 
 Exit codes: those of the player, and 4 when a condition does not hold.";
 
 /// Words of the player that mean nothing here.
-const FOREIGN: [&str; 8] =
-    ["target_ms", "headless", "frames", "out", "report", "technique", "list_adapters", "completions"];
+const FOREIGN: [&str; 9] =
+    ["target_ms", "freeze", "headless", "frames", "out", "report", "technique", "list_adapters", "completions"];
 
 /// What only a bench is asked.
 #[derive(Debug, Clone, clap::Args)]
@@ -60,6 +60,10 @@ pub struct BenchWords {
     #[arg(long, value_name = "COUNT,...", value_delimiter = ',', conflicts_with = "count",
           value_parser = clap::value_parser!(u32).range(1..=4_000_000), help_heading = "Bench")]
     pub counts: Vec<u32>,
+
+    /// Also measure how much of each picture changes by levels alone: every frame once more with the levels of the frame before
+    #[arg(long, help_heading = "Bench")]
+    pub pops: bool,
 
     /// One row for each technique and count, comma-separated; - for standard output
     #[arg(long, value_name = "CSV", value_hint = ValueHint::FilePath, help_heading = "Bench")]

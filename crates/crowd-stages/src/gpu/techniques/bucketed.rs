@@ -76,6 +76,11 @@ impl Painter for Bucketed {
         let count = context.config.instance_count;
         self.draws.record_keys(recorder, count);
         self.draws.record_sort(recorder, count);
+        self.record_frozen(recorder, context);
+    }
+
+    fn record_frozen(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
+        let count = context.config.instance_count;
         match self.beforehand(context) {
             Some(beforehand) => {
                 beforehand.skinning.record(recorder, &self.draws, count, context.skinning == Skinning::Compute);

@@ -54,6 +54,10 @@ impl Painter for Discrete {
         self.draws.record_drawn(recorder, count);
     }
 
+    fn record_frozen(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
+        self.draws.record_drawn(recorder, context.config.instance_count);
+    }
+
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.bound, &[]);

@@ -57,6 +57,9 @@ pub(crate) trait Painter: Send + Sync {
     /// Gives back what that took.
     fn forget_skinning(&mut self) {}
 
+    /// Records what a frame needs whose instances and levels are those of the last one.
+    fn record_frozen(&self, _recorder: &mut StageRecorder<'_>, _context: &FrameContext<'_>) {}
+
     /// Draws the crowd into a pass that has the backdrop in it.
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>);
 

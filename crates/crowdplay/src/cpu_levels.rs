@@ -1,0 +1,47 @@
+//! Which levels a technique draws, worked out on the CPU: for drawing there, and for measuring what levels do.
+
+use crate::Result;
+use crate::crowd::Crowd;
+use crowd_pack::LodRecord;
+use crowd_stages::{Buckets, CrowdData, DrawOptions, Fit, FrameConfig, Levels, Technique, Weight, cpu};
+
+/// The tables that levels are looked up in.
+pub struct CpuLevels {
+    buckets: Buckets,
+    quantized_lods: Vec<LodRecord>,
+    error_lods: Vec<LodRecord>,
+}
+
+impl CpuLevels {
+    /// # Errors
+    /// [`crowd_stages::Error::Tables`] when a character has no levels with index tables.
+    pub fn new(data: &CrowdData) -> Result<Self> {
+        let buckets = Buckets::of(data)?;
+        let (quantized_lods, error_lods) = (buckets.quantized_lods(data), buckets.error_lods());
+        Ok(Self { buckets, quantized_lods, error_lods })
+    }
+
+    /// The levels that the technique would draw; how they are submitted does not matter here. Dots are the GPU's: here everyone keeps a
+    /// mesh.
+    pub fn select(&self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> cpu::CpuFrame {
+        let Crowd { data, instances, .. } = crowd;
+        let config = &FrameConfig { dot_area_px2: 0.0, ..*config };
+        let by_error = config.weight == Weight::Error as u32;
+        match options.technique {
+            Technique::PseudoInstancing => cpu::select_full_detail(data, instances, config),
+            Technique::Instanced => cpu::select_visible(data, instances, config),
+            Technique::Discrete => cpu::select_discrete(data, &self.buckets, instances, config),
+            Technique::StaticFloor | Technique::Bucketed if options.morphs() && !by_error => {
+                cpu::run_morphing_selection(data, &self.buckets, &self.quantized_lods, instances, config)
+            }
+            Technique::Reform | Technique::StaticFloor | Technique::Bucketed => {
+                let lods = match options.levels() {
+                    _ if by_error => &self.error_lods,
+                    Levels::Continuous => &data.lods,
+                    Levels::Quantized => &self.quantized_lods,
+                };
+                cpu::run_selection(data, lods, instances, config, if by_error { Fit::Fill } else { options.fit })
+            }
+        }
+    }
+}
