@@ -2,7 +2,7 @@
 //!
 //! One module a step: `full_detail` (with `charts`) and the level's `shape`; `pairs` and `rims` find which points belong
 //! together; `pulls` says what is made least; `equations` and `solver` make it least, `fit_places` takes the step; `fit_weights` fits
-//! the skinning between the rounds; `fit_normals` and `fit_uvs` (by `fit_attributes`) follow; `flips` turns edges between the rounds, `fit_colors` looks at the
+//! the skinning between the rounds and after them; `fit_normals` and `fit_uvs` (by `fit_attributes`) follow; `flips` turns edges between the rounds, `fit_colors` looks at the
 //! textures last.
 
 mod charts;
@@ -93,6 +93,7 @@ pub fn refit(
         let rounds = options.rounds * (stage + 1) / STAGE_COUNT - options.rounds * stage / STAGE_COUNT;
         fit.move_places(rounds);
     }
+    fit.fit_weights();
     fit.finish()
 }
 
