@@ -9,7 +9,8 @@ use super::pairs::Pair;
 use super::pulls::slide;
 use super::shape::{Shape, Skin, blend_skin, transform};
 use crate::Mat3x4;
-use crate::quadrics::sub;
+use crate::quadrics::{dot, sub};
+use rayon::prelude::*;
 
 /// Joints that a skin chooses among at most.
 const CANDIDATES: usize = 8;
@@ -23,6 +24,8 @@ const KEEP_SHARE: f64 = 0.02;
 const SWEEPS: u32 = 3;
 /// Exchanges between two weights until the best ones are found.
 const EXCHANGES: u32 = 60;
+/// Times as far, squared, as in the frames that count may new weights move a skin in the others.
+const MOST_STEP_SQUARED: f32 = 1.5;
 /// Steps from weight 0 to 1 as they are stored.
 const STORED_STEPS: f64 = 65_535.0;
 
@@ -54,6 +57,11 @@ pub(crate) fn fit_weights(
             replace(full, &mut fitted, &mut moved, s, better, pairs, &mut pulls, &of_skin[s]);
         }
     }
+    let wander = |&s: &usize| changed[s] && wanders(full, shape, &shape.skins[s], &fitted.skins[s]);
+    let wandering: Vec<usize> = (0..shape.skins.len()).into_par_iter().filter(wander).collect();
+    for s in wandering {
+        put_back(s, shape, matrices, &mut fitted, &mut moved, &mut changed);
+    }
     // Where a triangle turns over in some frame, its corners stay as they were.
     loop {
         let turned = uprights.turned(&fitted, &moved);
@@ -65,12 +73,39 @@ pub(crate) fn fit_weights(
             return None;
         }
         for s in back {
-            changed[s] = false;
-            fitted.skins[s] = shape.skins[s];
-            moved.iter_mut().zip(matrices).for_each(|(moved, before)| moved[s] = before[s]);
+            put_back(s, shape, matrices, &mut fitted, &mut moved, &mut changed);
         }
     }
     changed.contains(&true).then_some((fitted, moved))
+}
+
+/// Gives a skin the weights back that it had.
+fn put_back(
+    s: usize,
+    shape: &Shape,
+    matrices: &[Vec<Mat3x4>],
+    fitted: &mut Shape,
+    moved: &mut [Vec<Mat3x4>],
+    changed: &mut [bool],
+) {
+    changed[s] = false;
+    fitted.skins[s] = shape.skins[s];
+    moved.iter_mut().zip(matrices).for_each(|(moved, before)| moved[s] = before[s]);
+}
+
+/// Whether new weights move a skin in some frame further than they do in any of those that count: what they do there is
+/// chance.
+fn wanders(full: &FullDetail<'_>, shape: &Shape, before: &Skin, after: &Skin) -> bool {
+    let place = shape.places[before.place as usize];
+    let step = |palette: &[Mat3x4]| {
+        let way = sub(transform(&blend_skin(after, palette), place), transform(&blend_skin(before, palette), place));
+        dot(way, way)
+    };
+    let seen = full.frames.iter().map(|frame| step(frame.palette)).fold(0.0, f32::max);
+    full.poses
+        .palettes
+        .chunks_exact(full.poses.joint_count.max(1))
+        .any(|palette| step(palette) > MOST_STEP_SQUARED * seen)
 }
 
 /// How a pair pulls at its point, in its frame.

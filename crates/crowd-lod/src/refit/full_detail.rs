@@ -43,6 +43,8 @@ pub(crate) struct FullDetail<'a> {
     /// What tilts count in each triangle.
     pub tilt_shares: Vec<f64>,
     pub frames: Vec<Frame<'a>>,
+    /// All frames there are, those that do not count too.
+    pub poses: LodPoses<'a>,
 }
 
 impl<'a> FullDetail<'a> {
@@ -69,7 +71,7 @@ impl<'a> FullDetail<'a> {
         let slide_shares = slide_shares(mesh, &triangles, &order.triangle_source);
         let is_flat = |m: &u16| mesh.appearance.flat_materials.get(usize::from(*m)).copied().unwrap_or(false);
         let tilt_shares = materials.iter().map(|m| if is_flat(m) { FLAT_TILT_SHARE } else { TILT_SHARE }).collect();
-        Self { mesh, triangles, charts, layers, groups, slide_shares, materials, tilt_shares, frames }
+        Self { mesh, triangles, charts, layers, groups, slide_shares, materials, tilt_shares, frames, poses: *poses }
     }
 
     /// Colour of a vertex, linear.
