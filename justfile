@@ -24,41 +24,41 @@ fixtures:
 golden:
     UPDATE_GOLDEN=1 cargo test --release -p crowd-tests --test golden
 
-# Write docs/BENCHMARKS.md again: our levels and other simplifiers' side by side (gltfpack where it is on PATH)
+# Write docs/benchmarks/levels.md again: our levels and other simplifiers' side by side (gltfpack where it is on PATH)
 compare assets="../shared/assets":
-    cargo run --release -p crowdbake -- compare {{assets}}/khronos-cesium-man/CesiumMan.glb {{assets}}/khronos-fox/Fox.glb {{assets}}/kaykit-adventurers/Knight.glb {{assets}}/kaykit-adventurers/Mage.glb {{assets}}/gdquest-gdbot/gdbot.glb {{assets}}/makehuman-man/man_casual.gltf fixtures/good/mara.glb fixtures/good/zebra.glb -o docs/BENCHMARKS.md
+    cargo run --release -p crowdbake -- compare {{assets}}/khronos-cesium-man/CesiumMan.glb {{assets}}/khronos-fox/Fox.glb {{assets}}/kaykit-adventurers/Knight.glb {{assets}}/kaykit-adventurers/Mage.glb {{assets}}/gdquest-gdbot/gdbot.glb {{assets}}/makehuman-man/man_casual.gltf fixtures/good/mara.glb fixtures/good/zebra.glb -o docs/benchmarks/levels.md
 
-# Write docs/BENCHMARKS-CROWD.md again: the ways to draw a crowd, side by side, the same triangles without morphs (bake the cast first; two minutes on software Vulkan; exit code 4 while bars are missed)
+# Write docs/benchmarks/crowd.md again: the ways to draw a crowd, side by side, the same triangles without morphs (bake the cast first; two minutes on software Vulkan; exit code 4 while bars are missed)
 bench-crowd:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b1,b2,b3,b4,bucketed --counts 128,1024,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/BENCHMARKS-CROWD.md --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665' --assert 'vertex_runs:bucketed/b3 <= 0.4' --assert 'runs_per_triangle:bucketed <= 0.9' --assert 'bucketed/b3 <= 0.75' --assert 'bucketed/b4 <= 1.15'
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b1,b2,b3,b4,bucketed --counts 128,1024,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/benchmarks/crowd.md --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665' --assert 'vertex_runs:bucketed/b3 <= 0.4' --assert 'runs_per_triangle:bucketed <= 0.9' --assert 'bucketed/b3 <= 0.75' --assert 'bucketed/b4 <= 1.15'
 
 # The same as the player draws, with morphs
 bench-crowd-morphs:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b1,b2,b3,b4,bucketed --counts 128,1024,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --dots 0 --markdown docs/BENCHMARKS-CROWD-MORPHS.md --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665' --assert 'vertex_runs:bucketed/b3 <= 0.4' --assert 'runs_per_triangle:bucketed <= 0.9' --assert 'bucketed/b3 <= 0.75' --assert 'bucketed/b4 <= 1.15'
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b1,b2,b3,b4,bucketed --counts 128,1024,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --dots 0 --markdown docs/benchmarks/crowd-morphs.md --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665' --assert 'vertex_runs:bucketed/b3 <= 0.4' --assert 'runs_per_triangle:bucketed <= 0.9' --assert 'bucketed/b3 <= 0.75' --assert 'bucketed/b4 <= 1.15'
 
-# Write docs/BENCHMARKS-PENG2011.md again: Table 1 of Peng 2011, their method and their baseline beside ours (three minutes on software Vulkan)
+# Write docs/benchmarks/peng2011.md again: Table 1 of Peng 2011, their method and their baseline beside ours (three minutes on software Vulkan)
 bench-peng2011:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b3,bucketed --counts 32,64,128,256,512,1024,2048,4096,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/BENCHMARKS-PENG2011.md
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b3,bucketed --counts 32,64,128,256,512,1024,2048,4096,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/benchmarks/peng2011.md
 
-# Write docs/BENCHMARKS-POPS.md again: how much changes from frame to frame by levels alone, on a camera that goes through the crowd
+# Write docs/benchmarks/pops.md again: how much changes from frame to frame by levels alone, on a camera that goes through the crowd
 bench-pops:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b2,b3,bucketed,bucketed+jumps --counts 256 --size 640x360 --msaa 4 --rounds 60 --warm-up 1 --camera-path line --dots 0 --budget 100000 --pops --markdown docs/BENCHMARKS-POPS.md --assert 'pop_energy:bucketed/b2 <= 0.1' --assert 'pop_energy:bucketed/bucketed+jumps <= 0.25'
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b2,b3,bucketed,bucketed+jumps --counts 256 --size 640x360 --msaa 4 --rounds 60 --warm-up 1 --camera-path line --dots 0 --budget 100000 --pops --markdown docs/benchmarks/pops.md --assert 'pop_energy:bucketed/b2 <= 0.1' --assert 'pop_energy:bucketed/bucketed+jumps <= 0.25'
 
-# Write docs/BENCHMARKS-MILLION.md again: a crowd of 30,000 and one of 1,000,000 with one budget
+# Write docs/benchmarks/million.md again: a crowd of 30,000 and one of 1,000,000 with one budget
 bench-million:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed --counts 30000,1000000 --budget 3600000 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --markdown docs/BENCHMARKS-MILLION.md
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed --counts 30000,1000000 --budget 3600000 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --markdown docs/benchmarks/million.md
 
-# Write docs/BENCHMARKS-OCCLUSION.md again: a street with walls at full detail, with and without those whom others hide (bake the cast first)
+# Write docs/benchmarks/occlusion.md again: a street with walls at full detail, with and without those whom others hide (bake the cast first)
 bench-occlusion:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+occlusion --layout street --walkable fixtures/scenes/street.wkt --eye=-5,1.7,50 --target=-4,1.2,0 --count 2000 --budget 20000000 --size 640x360 --msaa 1 --rounds 3 --warm-up 2 --skinning vertex --markdown docs/BENCHMARKS-OCCLUSION.md --assert 'triangles:bucketed+occlusion/bucketed <= 0.5' --assert 'bucketed+occlusion/bucketed <= 0.5'
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+occlusion --layout street --walkable fixtures/scenes/street.wkt --eye=-5,1.7,50 --target=-4,1.2,0 --count 2000 --budget 20000000 --size 640x360 --msaa 1 --rounds 3 --warm-up 2 --skinning vertex --markdown docs/benchmarks/occlusion.md --assert 'triangles:bucketed+occlusion/bucketed <= 0.5' --assert 'bucketed+occlusion/bucketed <= 0.5'
 
-# Write docs/BENCHMARKS-OCCLUSION-FIELD.md again: the same on an open field from above, where nobody is hidden and all of it is overhead
+# Write docs/benchmarks/occlusion-field.md again: the same on an open field from above, where nobody is hidden and all of it is overhead
 bench-occlusion-field:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+occlusion --count 8192 --size 640x360 --msaa 1 --rounds 15 --warm-up 2 --skinning vertex --markdown docs/BENCHMARKS-OCCLUSION-FIELD.md --assert 'bucketed+occlusion/bucketed <= 1.03' --assert 'gpu_ms:bucketed+occlusion/bucketed <= 1.03'
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+occlusion --count 8192 --size 640x360 --msaa 1 --rounds 15 --warm-up 2 --skinning vertex --markdown docs/benchmarks/occlusion-field.md --assert 'bucketed+occlusion/bucketed <= 1.03' --assert 'gpu_ms:bucketed+occlusion/bucketed <= 1.03'
 
-# Write docs/BENCHMARKS-SHADOWS.md again: four shadow maps of the sun
+# Write docs/benchmarks/shadows.md again: four shadow maps of the sun
 bench-shadows:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+shadows --counts 1024,8192 --size 640x360 --msaa 1 --rounds 7 --warm-up 2 --skinning vertex --markdown docs/BENCHMARKS-SHADOWS.md --assert 'bucketed+shadows/bucketed <= 1.6' --assert 'gpu_ms:bucketed+shadows/bucketed <= 1.6'
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+shadows --counts 1024,8192 --size 640x360 --msaa 1 --rounds 7 --warm-up 2 --skinning vertex --markdown docs/benchmarks/shadows.md --assert 'bucketed+shadows/bucketed <= 1.6' --assert 'gpu_ms:bucketed+shadows/bucketed <= 1.6'
 
 # Time the simplifier
 bench:

@@ -1,6 +1,6 @@
 //! Simplification of 100,000 triangles over 500 frames, and next to it meshoptimizer's on the same mesh.
 //!
-//! `cargo bench -p crowd-lod --bench simplify`. Figures with their machine: `docs/BENCHMARKS-SPEED.md`.
+//! `cargo bench -p crowd-lod --bench simplify`. Figures with their machine: `docs/benchmarks/speed.md`.
 
 mod snake;
 

@@ -139,7 +139,7 @@ Examples:
   crowdbake compare knight.glb fox.glb
   crowdbake compare knight.glb --quick --ours wedge --peers meshopt-global --ratios 25,5
   crowdbake compare characters/ --json > compared.json
-  crowdbake compare characters/ -o docs/BENCHMARKS.md
+  crowdbake compare characters/ -o docs/benchmarks/levels.md
 Levels are judged in poses that no bake has seen: 24 moments half way between sampled frames, spread over all clips, and
 the pose at rest. Distances are in percent of the diagonal of the character's box.";
 

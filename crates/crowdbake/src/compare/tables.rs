@@ -30,7 +30,7 @@ pub(crate) fn to_text(comparison: &Comparison) -> String {
 }
 
 const INTRODUCTION: &str = "\
-Made by `crowdbake compare ASSET... -o docs/BENCHMARKS.md`; do not edit by hand.
+Made by `crowdbake compare ASSET... -o docs/benchmarks/levels.md`; do not edit by hand.
 
 How judged: each level is posed by its own skeleton at 24 moments spread over all clips by duration, half way between the \
 frames that a bake samples, and in the pose at rest. Points spread by area over both surfaces and fixed there; distance of \
@@ -48,7 +48,7 @@ texture coordinates 1, skin weights 0.5, permissive, no error limit), each primi
 `-si R -se 1`; `gltfpack-best`: with `-si 0.0005 -sv -sp -se E`; R and E searched until the count fits.
 ";
 
-/// The document of `docs/BENCHMARKS.md`.
+/// The document of `docs/benchmarks/levels.md`.
 pub(crate) fn to_markdown(comparison: &Comparison) -> String {
     let mut out = format!("# Benchmarks: levels of detail\n\n{INTRODUCTION}\n");
     let names: Vec<String> = comparison

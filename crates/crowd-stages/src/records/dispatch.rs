@@ -1,0 +1,30 @@
+//! Numbers the shaders and the dispatches agree on; `shaders/shared/records.wgsl` has the same.
+
+/// Workgroups beyond 65,535 are folded into rows of this many.
+pub const FOLD_COLUMNS: u32 = 32_768;
+/// Threads of a group that works on one element each.
+pub const BLOCK_SIZE: u32 = 256;
+/// Threads of a group that works on one instance.
+pub const INSTANCE_GROUP_SIZE: u32 = 64;
+/// Threads of a sorting group, each with one instance; also the most values of a digit.
+pub const SORT_BLOCK_SIZE: u32 = 64;
+/// Heights that `fill_budget` tries in one pass.
+pub const FILL_CANDIDATES: u32 = 16;
+/// Entries of a character's error table: 32 for each doubling of the pixels that a metre takes.
+pub const ERROR_ENTRIES: u32 = 1024;
+/// Float bits of the first: 2^-16 a metre.
+pub const ERROR_FIRST_BITS: u32 = (127 - 16) << 23;
+/// Float bits of an entry.
+pub const ERROR_SHIFT: u32 = 18;
+/// Most shadow maps of the sun.
+pub const MAX_CASCADES: u32 = 4;
+/// Levels of the largest depth pyramid.
+pub const PYRAMID_LEVELS: u32 = 16;
+/// At most this part of the budget is kept for who comes into sight.
+pub const RESERVE_PART: u32 = 128;
+/// Levels of dots below a character's coarsest mesh: of one, two, four, ... dots.
+pub const DOT_LEVELS: u32 = 5;
+/// Vertices of a dot.
+pub const DOT_VERTICES: u32 = 3;
+/// Most bits of a digit of the sort.
+pub const MAX_DIGIT_BITS: u32 = 6;

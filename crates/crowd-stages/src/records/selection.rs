@@ -1,0 +1,101 @@
+//! Who is seen, and at which level.
+
+use crate::dispatch;
+use bytemuck::{Pod, Zeroable};
+
+/// One individual, 32 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct InstanceRecord {
+    /// Feet, metres.
+    pub position: [f32; 3],
+    /// 0 faces +Z; positive turns towards +X.
+    pub yaw_rad: f32,
+    /// Size factor.
+    pub scale: f32,
+    /// Index into the character records.
+    pub character: u32,
+    /// Index into the clip records (global).
+    pub clip: u32,
+    /// Start time within the clip, seconds.
+    pub phase_s: f32,
+}
+
+/// Result of `cull_instances`, 16 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct CullRecord {
+    /// 1 when the bounding sphere meets the frustum.
+    pub visible: u32,
+    /// The instance's weight; 0 when culled.
+    pub weight: f32,
+    /// Projected area of the bounding sphere, px².
+    pub area_px2: f32,
+    /// Distance of the sphere's centre to the camera, metres.
+    pub distance_m: f32,
+}
+
+/// Result of `select_lod` and `fit_budget`, 8 bytes. Zeros when culled.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct LodChoice {
+    /// Vertices: k.
+    pub vertex_count: u32,
+    /// Triangles: q(k).
+    pub triangle_count: u32,
+}
+
+/// Result of `sum_weights`, completed by `fit_budget`, 32 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct WeightSums {
+    /// Sum of the weights: the denominator of Eq. 1.
+    pub weight: f32,
+    /// Vertices of the visible instances' coarsest levels, saturating.
+    pub min_vertex_count: u32,
+    /// Visible instances.
+    pub visible_count: u32,
+    /// Vertices that Eq. 1 as printed comes to, saturating.
+    pub wanted_count: u32,
+    /// Share of what was wanted above the coarsest levels that the budget allows, in units of 2^-32.
+    /// Meaningful only when `is_scaled` is 1.
+    pub share: u32,
+    /// 1 when what was wanted exceeds the budget.
+    pub is_scaled: u32,
+    /// Bits of the water's height that `fill_budget` found, vertices a unit of weight; [`crate::Weight::Error`]: one over pixels.
+    pub water_bits: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// Where the search of `fill_budget` has got to, 96 bytes. Heights are bits of floats, vertices a unit of weight.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct FillState {
+    /// Greatest height known to fit.
+    pub low_bits: u32,
+    /// Least height known not to fit, or the same.
+    pub high_bits: u32,
+    /// Vertices at the former.
+    pub low_count: u32,
+    /// Passes done.
+    pub pass_number: u32,
+    /// Heights to try next, rising; in the first pass the last is that of Eq. 1.
+    pub candidates: [u32; dispatch::FILL_CANDIDATES as usize],
+    /// Zeros.
+    pub reserved: [u32; 4],
+}
+
+/// What [`crate::Technique::Discrete`] is told of the crowd, a uniform of 16 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct DiscreteConfig {
+    /// Half the diagonal of the largest character's box, metres.
+    pub half_diagonal_m: f32,
+    /// Zero.
+    pub reserved_a: u32,
+    /// Zero.
+    pub reserved_b: u32,
+    /// Zero.
+    pub reserved_c: u32,
+}
