@@ -14,7 +14,7 @@ pub enum Quantity {
     FrameP95,
     /// Median of the GPU's time, milliseconds.
     Gpu,
-    /// Everything before the draw.
+    /// Everything but skinning and drawing.
     Lod,
     /// Its part of the GPU's time.
     LodShare,

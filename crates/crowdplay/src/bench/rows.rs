@@ -58,7 +58,7 @@ pub struct Row {
     pub frame_ratio: f32,
     /// All stages and the draw on the GPU; `None` where the adapter has no timestamps.
     pub gpu_ms: Option<Spread>,
-    /// Median of everything before the draw: culling, levels, bucketing or reforming.
+    /// Median of everything but skinning and drawing: culling, levels, bucketing or reforming.
     pub lod_ms: Option<f32>,
     /// Its median part of the GPU's time.
     pub lod_share: Option<f32>,
@@ -170,7 +170,7 @@ impl BenchReport {
         let mut out = format!(
             "# Benchmarks: drawing a crowd\n\nMade by `{command}`; do not edit by hand. {name} ({backend}, {driver} {driver_version}), \
              {width} x {height} pixels, {} sample(s) a pixel, {} frames of each technique in turn after {} that do not count. \
-             Times are medians, milliseconds; *ratio* is to the first technique, *LOD* is everything on the GPU before the draw, *LOD %* its \
+             Times are medians, milliseconds; *ratio* is to the first technique, *LOD* is everything on the GPU but skinning and drawing, *LOD %* its \
              part of the GPU's time, *visible* who is drawn, *hidden* who is in the frustum but left out behind others, *runs a triangle* the vertex shader's runs as the adapter counts them, *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone), *pop* what changes from frame to frame by levels alone (RMS over the picture, drawn with the levels of the frame before and its own), *pop px* how far the surface moves by that (RMS over all vertices, pixels; where asked for).\n\n",
             self.samples, self.rounds, self.warm_up
         );

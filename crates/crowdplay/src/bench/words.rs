@@ -27,7 +27,7 @@ Examples:
     crowdplay bench cast.crowdpack --ab b0,bucketed --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665'
 
 Conditions: [QUANTITY:]A/B OP NUMBER, or [QUANTITY:]A OP NUMBER; A and B are techniques of --ab, OP is <=, <, >= or >. They must hold at
-every count. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything before the draw), lod_share (its
+every count. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything but skinning and drawing), lod_share (its
 part of gpu_ms), draw_ms, shadows_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, image_rmse (to
 full detail), pop_rmse, pop_px, pop_energy (of --pops; the last is pop_px squared).
 
