@@ -44,7 +44,7 @@ pub struct BenchReport {
 pub struct Row {
     /// Instances.
     pub count: u32,
-    /// A [`super::variant::Variant`] by name.
+    /// A technique with its switches, as in `--ab`.
     pub technique: String,
     /// Where its vertices were worked out, a [`crowd_stages::Skinning`] by name.
     pub skinning: &'static str,
