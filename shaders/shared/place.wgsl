@@ -17,6 +17,11 @@ fn world_from_local(instance: InstanceRecord, p: vec3f) -> vec3f {
     return instance.position + turn(instance.yaw_rad, p * instance.scale);
 }
 
+// The sphere that holds every pose of its clip. Twin: world_sphere in crowd-stages/src/cpu/cull_instances.rs.
+fn world_sphere(instance: InstanceRecord, clip: ClipRecord) -> vec4f {
+    return vec4f(world_from_local(instance, clip.sphere.xyz), clip.sphere.w * instance.scale);
+}
+
 struct FramePair {
     first: u32,
     second: u32,

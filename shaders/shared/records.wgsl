@@ -379,6 +379,12 @@ fn bucket_of_level(levels: BucketSet, level: u32) -> u32 {
     return levels.first_32 + level - levels.count_16;
 }
 
+// Entry of the error tables: 32 for each doubling of one over the metres allowed.
+fn error_entry(character: u32, per_metre: f32) -> u32 {
+    let entry = (max(bitcast<u32>(per_metre), ERROR_FIRST_BITS) - ERROR_FIRST_BITS) >> ERROR_SHIFT;
+    return character * ERROR_ENTRIES + min(entry, ERROR_ENTRIES - 1u);
+}
+
 // Pixels at one over the water's height, for the error metric.
 fn threshold_px(weight: u32, water_bits: u32) -> f32 {
     return select(0.0, 1.0 / max(bitcast<f32>(water_bits), 1e-30), weight == WEIGHT_ERROR);

@@ -19,36 +19,38 @@ fn depth_of_samples(x: u32, y: u32) -> f32 {
     return most;
 }
 
+// The block of the finest level that a number is of: left, upper, right and lower pixels.
+fn pixels_of(i: u32) -> vec4u {
+    let width = pyramid.levels[0].width;
+    let x = 2u * (i % width);
+    let y = 2u * (i / width);
+    return vec4u(x, y, min(x + 1u, pyramid.width_px - 1u), min(y + 1u, pyramid.height_px - 1u));
+}
+
+fn finest_count() -> u32 {
+    return pyramid.levels[0].width * pyramid.levels[0].height;
+}
+
 // The finest level, from a depth of one sample a pixel.
 @compute @workgroup_size(BLOCK_SIZE)
 fn read_depth(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let i = group_number(workgroup) * BLOCK_SIZE + lane;
-    let level = pyramid.levels[0];
-    if i >= level.width * level.height {
-        return;
+    if i < finest_count() {
+        let p = pixels_of(i);
+        let upper = max(depth_of(p.x, p.y), depth_of(p.z, p.y));
+        farthest[i] = max(upper, max(depth_of(p.x, p.w), depth_of(p.z, p.w)));
     }
-    let x = 2u * (i % level.width);
-    let y = 2u * (i / level.width);
-    let right = min(x + 1u, pyramid.width_px - 1u);
-    let below = min(y + 1u, pyramid.height_px - 1u);
-    let upper = max(depth_of(x, y), depth_of(right, y));
-    farthest[i] = max(upper, max(depth_of(x, below), depth_of(right, below)));
 }
 
-// The same from several samples a pixel: the farthest of all.
+// The same from several samples a pixel: the farthest of all. A texture of another kind cannot be an argument.
 @compute @workgroup_size(BLOCK_SIZE)
 fn read_samples(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let i = group_number(workgroup) * BLOCK_SIZE + lane;
-    let level = pyramid.levels[0];
-    if i >= level.width * level.height {
-        return;
+    if i < finest_count() {
+        let p = pixels_of(i);
+        let upper = max(depth_of_samples(p.x, p.y), depth_of_samples(p.z, p.y));
+        farthest[i] = max(upper, max(depth_of_samples(p.x, p.w), depth_of_samples(p.z, p.w)));
     }
-    let x = 2u * (i % level.width);
-    let y = 2u * (i / level.width);
-    let right = min(x + 1u, pyramid.width_px - 1u);
-    let below = min(y + 1u, pyramid.height_px - 1u);
-    let upper = max(depth_of_samples(x, y), depth_of_samples(right, y));
-    farthest[i] = max(upper, max(depth_of_samples(x, below), depth_of_samples(right, below)));
 }
 
 // Number i of a level from the level before.

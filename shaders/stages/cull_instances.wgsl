@@ -15,9 +15,9 @@ fn cull_instances(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         return;
     }
     let instance = instances[i];
-    let sphere = clips[instance.clip].sphere;
-    let center = world_from_local(instance, sphere.xyz);
-    let radius = sphere.w * instance.scale;
+    let sphere = world_sphere(instance, clips[instance.clip]);
+    let center = sphere.xyz;
+    let radius = sphere.w;
 
     var visible = true;
     for (var p = 0u; p < 6u; p++) {

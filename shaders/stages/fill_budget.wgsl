@@ -18,12 +18,7 @@ const FILL_GROUP_SIZE: u32 = 64u;
 // Bits of 2^80: far above what fills any level, and no product with a weight overflows.
 const HIGHEST_BITS: u32 = 0x67800000u;
 
-// The square root of a block.
-const RUN: u32 = 16u;
-
 var<workgroup> lane_counts: array<u32, 1024>;
-var<workgroup> steps: array<u32, BLOCK_SIZE>;
-var<workgroup> run_bases: array<u32, RUN>;
 
 fn block_count() -> u32 {
     return (config.instance_count + BLOCK_SIZE - 1u) / BLOCK_SIZE;
@@ -62,8 +57,7 @@ fn begin() {
 fn level_in(number: u32, character: CharacterRecord, cull: CullRecord, bits: u32) -> LodRecord {
     let product = cull.weight * bitcast<f32>(bits);
     if config.weight == WEIGHT_ERROR {
-        let entry = (max(bitcast<u32>(product), ERROR_FIRST_BITS) - ERROR_FIRST_BITS) >> ERROR_SHIFT;
-        return lods[number * ERROR_ENTRIES + min(entry, ERROR_ENTRIES - 1u)];
+        return lods[error_entry(number, product)];
     }
     let least = least_count(character.min_vertex_count, cull.area_px2, config.dot_area_px2);
     let k = max(min(product, f32(character.vertex_count)), f32(least));
@@ -148,7 +142,7 @@ fn narrow(@builtin(local_invocation_index) lane: u32) {
     for (var b = lane / FILL_CANDIDATES; b < block_count(); b += chunks) {
         sum = saturating_add(sum, block_counts[b * FILL_CANDIDATES + candidate]);
     }
-    steps[lane] = sum;
+    lanes[lane] = sum;
     workgroupBarrier();
     if lane != 0u {
         return;
@@ -160,7 +154,7 @@ fn narrow(@builtin(local_invocation_index) lane: u32) {
     for (var c = 0u; c < FILL_CANDIDATES; c++) {
         var count = 0u;
         for (var chunk = 0u; chunk < chunks; chunk++) {
-            count = saturating_add(count, steps[chunk * FILL_CANDIDATES + c]);
+            count = saturating_add(count, lanes[chunk * FILL_CANDIDATES + c]);
         }
         if is_first && c == FILL_CANDIDATES - 1u {
             // Of pixels it makes no sense.
@@ -203,42 +197,16 @@ fn step_of(i: u32) -> u32 {
 @compute @workgroup_size(BLOCK_SIZE)
 fn sum_steps(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
-    steps[lane] = step_of(block * BLOCK_SIZE + lane);
+    lanes[lane] = step_of(block * BLOCK_SIZE + lane);
     for (var half = BLOCK_SIZE / 2u; half > 0u; half /= 2u) {
         workgroupBarrier();
         if lane < half {
-            steps[lane] = saturating_add(steps[lane], steps[lane + half]);
+            lanes[lane] = saturating_add(lanes[lane], lanes[lane + half]);
         }
     }
     if lane == 0u && block < block_count() {
-        block_counts[block] = steps[0];
+        block_counts[block] = lanes[0];
     }
-}
-
-// Inclusive scan of `steps` over the group, in runs of sixteen, then over their sums: a barrier costs more than a few sums.
-fn scan_group(lane: u32) {
-    workgroupBarrier();
-    if lane < RUN {
-        var sum = 0u;
-        for (var i = lane * RUN; i < lane * RUN + RUN; i++) {
-            sum = saturating_add(sum, steps[i]);
-            steps[i] = sum;
-        }
-    }
-    workgroupBarrier();
-    if lane == 0u {
-        var sum = 0u;
-        for (var r = 0u; r < RUN; r++) {
-            run_bases[r] = sum;
-            sum = saturating_add(sum, steps[r * RUN + RUN - 1u]);
-        }
-    }
-    workgroupBarrier();
-}
-
-// Of the scanned steps: the sum of those up to a lane.
-fn sum_up_to(lane: u32) -> u32 {
-    return saturating_add(run_bases[lane / RUN], steps[lane]);
 }
 
 // One group: each thread takes a run of blocks. Replaces each block's step by the sum of all before it.
@@ -251,12 +219,9 @@ fn scan_steps(@builtin(local_invocation_index) lane: u32) {
     for (var b = first; b < end; b++) {
         total = saturating_add(total, block_counts[b]);
     }
-    steps[lane] = total;
+    lanes[lane] = total;
     scan_group(lane);
-    var base = 0u;
-    if lane > 0u {
-        base = sum_up_to(lane - 1u);
-    }
+    var base = sum_before(lane);
     for (var b = first; b < end; b++) {
         let step = block_counts[b];
         block_counts[b] = base;
@@ -268,7 +233,7 @@ fn scan_steps(@builtin(local_invocation_index) lane: u32) {
 fn choose_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
     let i = block * BLOCK_SIZE + lane;
-    steps[lane] = step_of(i);
+    lanes[lane] = step_of(i);
     scan_group(lane);
     if i >= config.instance_count {
         return;

@@ -10,7 +10,6 @@
 @group(0) @binding(5) var<storage, read_write> dispatch: DispatchArgs;
 @group(0) @binding(6) var<storage, read_write> totals: FrameTotals;
 
-var<workgroup> ends: array<u32, BLOCK_SIZE>;
 var<workgroup> kept: array<u32, BLOCK_SIZE>;
 
 // Dots have no vertices to skin.
@@ -34,21 +33,9 @@ fn place_buckets(@builtin(local_invocation_index) lane: u32) {
     for (var b = begin; b < stop; b++) {
         sum = saturating_add(sum, vertices_of(b));
     }
-    ends[lane] = sum;
-    for (var step = 1u; step < BLOCK_SIZE; step *= 2u) {
-        workgroupBarrier();
-        var value = ends[lane];
-        if lane >= step {
-            value = saturating_add(value, ends[lane - step]);
-        }
-        workgroupBarrier();
-        ends[lane] = value;
-    }
-    workgroupBarrier();
-    var base = 0u;
-    if lane > 0u {
-        base = ends[lane - 1u];
-    }
+    lanes[lane] = sum;
+    scan_group(lane);
+    var base = sum_before(lane);
     kept[lane] = 0u;
     for (var b = begin; b < stop; b++) {
         let end = saturating_add(base, vertices_of(b));
@@ -74,7 +61,7 @@ fn place_buckets(@builtin(local_invocation_index) lane: u32) {
         places[bucket_counts.bucket_count] = BucketPlace(kept[0], 0u, 0u, 0u);
         let groups = kept[0] / BLOCK_SIZE + select(0u, 1u, kept[0] % BLOCK_SIZE > 0u);
         dispatch = DispatchArgs(min(groups, FOLD_COLUMNS), (groups + FOLD_COLUMNS - 1u) / FOLD_COLUMNS, 1u);
-        if ends[BLOCK_SIZE - 1u] > capacities.vertex_count {
+        if sum_up_to(BLOCK_SIZE - 1u) > capacities.vertex_count {
             totals.overflow |= OVERFLOW_VERTICES;
         }
     }

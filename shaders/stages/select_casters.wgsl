@@ -42,9 +42,9 @@ fn select_casters(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         return;
     }
     let instance = instances[i];
-    let sphere = clips[instance.clip].sphere;
-    let center = world_from_local(instance, sphere.xyz);
-    let radius = sphere.w * instance.scale;
+    let sphere = world_sphere(instance, clips[instance.clip]);
+    let center = sphere.xyz;
+    let radius = sphere.w;
     let cascade = shadow.cascades[which.cascade];
     let at = cascade.clip_from_world * vec4f(center, 1.0);
     let meets = max(abs(at.x), abs(at.y)) <= 1.0 + radius / cascade.half_m;
@@ -52,11 +52,8 @@ fn select_casters(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         casters[i] = LodChoice(0u, 0u);
         return;
     }
-    let product = instance.scale * cascade.details_per_m;
-    let entry = (max(bitcast<u32>(product), ERROR_FIRST_BITS) - ERROR_FIRST_BITS) >> ERROR_SHIFT;
-    let first = instance.character * ERROR_ENTRIES;
-    var level = error_lods[first + min(entry, ERROR_ENTRIES - 1u)];
-    let coarsest = error_lods[first];
+    var level = error_lods[error_entry(instance.character, instance.scale * cascade.details_per_m)];
+    let coarsest = error_lods[error_entry(instance.character, 0.0)];
     let seen = choices[i];
     if which.has_choices == 1u && seen.vertex_count > 0u && seen.vertex_count < level.vertex_count {
         level = LodRecord(seen.vertex_count, seen.triangle_count);

@@ -11,7 +11,6 @@
 @group(0) @binding(7) var<storage, read_write> draw_counts: DrawCounts;
 @group(0) @binding(8) var<storage, read_write> totals: FrameTotals;
 
-var<workgroup> filled: array<u32, BLOCK_SIZE>;
 // Instances, vertices, triangles.
 var<workgroup> drawn: array<vec3u, BLOCK_SIZE>;
 
@@ -46,20 +45,6 @@ fn saturating_multiply(a: u32, b: u32) -> u32 {
     return select(a * b, 0xffffffffu, b != 0u && a > 0xffffffffu / max(b, 1u));
 }
 
-// Inclusive scan of `filled` over the group.
-fn scan_group(lane: u32) {
-    for (var step = 1u; step < BLOCK_SIZE; step *= 2u) {
-        workgroupBarrier();
-        var value = filled[lane];
-        if lane >= step {
-            value += filled[lane - step];
-        }
-        workgroupBarrier();
-        filled[lane] = value;
-    }
-    workgroupBarrier();
-}
-
 // Buckets first..end, which are of one kind: each thread takes a run of them. How many of them draw anything.
 fn write_draws(lane: u32, first: u32, end: u32) -> u32 {
     let run = (end - first + BLOCK_SIZE - 1u) / BLOCK_SIZE;
@@ -70,12 +55,13 @@ fn write_draws(lane: u32, first: u32, end: u32) -> u32 {
         count += select(0u, 1u, ranges[b].end > ranges[b].first);
     }
     workgroupBarrier();
-    filled[lane] = count;
+    lanes[lane] = count;
     scan_group(lane);
-    let all = filled[BLOCK_SIZE - 1u];
-    var place = first + filled[lane] - count;
+    let all = sum_up_to(BLOCK_SIZE - 1u);
+    let before = sum_before(lane);
+    var place = first + before;
     // Empty ones fill the end.
-    var empty_place = first + all + (begin - first) - (filled[lane] - count);
+    var empty_place = first + all + (begin - first) - before;
     var sum = drawn[lane];
     for (var b = begin; b < stop; b++) {
         let range = ranges[b];

@@ -60,7 +60,7 @@ fn levels_are_equal_for_all_sizes_budgets_and_tables() {
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn levels_with_dots_are_equal_for_all_sizes_and_budgets() {
-    let lods = buckets().dotted_lods(data());
+    let lods = buckets().quantized_lods(data());
     for case in cases().chain(budgets()).map(dotted) {
         let selected = case.select();
         let (choices, fill, sums) = on_gpu(&case, &lods, &selected);
@@ -82,7 +82,7 @@ fn dots_make_a_small_budget_hold() {
         (choices.iter().map(|choice| u64::from(choice.vertex_count)).sum::<u64>(), choices, selected)
     };
     assert!(spent(&plain, &buckets().quantized_lods(data())).0 > budget, "the case is not worth running");
-    let (vertices, choices, selected) = spent(&with_dots, &buckets().dotted_lods(data()));
+    let (vertices, choices, selected) = spent(&with_dots, &buckets().quantized_lods(data()));
     assert!(vertices <= budget && vertices + budget / 50 > budget, "{vertices} of {budget}");
     let mut dots = 0;
     for ((instance, choice), cull) in with_dots.instances.iter().zip(&choices).zip(&selected.culled) {

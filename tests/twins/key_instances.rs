@@ -31,8 +31,7 @@ fn on_gpu(case: &Case, selected: &Selected, fill: FillState, full_detail: bool) 
 fn filled(mut case: Case, morph: u32) -> (Case, Selected, FillState) {
     case.config.morph = morph;
     let mut selected = case.select();
-    let has_dots = case.config.dot_area_px2 > 0.0;
-    let lods = if has_dots { buckets().dotted_lods(data()) } else { buckets().quantized_lods(data()) };
+    let lods = buckets().quantized_lods(data());
     let (choices, fill) =
         cpu::fill_budget(case.data, &lods, &case.instances, &selected.culled, &mut selected.sums, &case.config);
     selected.choices = choices;

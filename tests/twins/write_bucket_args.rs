@@ -36,7 +36,7 @@ fn sorted_keys(case: &Case) -> (Vec<u32>, WeightSums) {
     let mut selected = case.select();
     let mut fill = FillState::default();
     if case.config.dot_area_px2 > 0.0 {
-        let lods = buckets().dotted_lods(data());
+        let lods = buckets().quantized_lods(data());
         (selected.choices, fill) =
             cpu::fill_budget(case.data, &lods, &case.instances, &selected.culled, &mut selected.sums, &case.config);
     }

@@ -203,8 +203,8 @@ impl Buckets {
         origins
     }
 
-    /// LOD tables like those of the data, of quantised levels only: entry k is the finest quantised level of at most k
-    /// vertices, or the coarsest.
+    /// LOD tables like those of the data, of quantised levels and dots: entry k is the finest of at most k vertices, or one dot.
+    /// Below the coarsest mesh nobody looks who may not be dots ([`crate::cpu::fill_budget`], [`crate::cpu::fit_budget`]).
     pub fn quantized_lods(&self, data: &CrowdData) -> Vec<LodRecord> {
         let mut lods = data.lods.clone();
         for (number, character) in data.characters.iter().enumerate() {
@@ -217,22 +217,12 @@ impl Buckets {
                 let BucketRecord { vertex_count, triangle_count, .. } = level(current);
                 lods[(character.lod_offset + k) as usize] = LodRecord { vertex_count, triangle_count };
             }
-        }
-        lods
-    }
-}
-
-impl Buckets {
-    /// The same with levels of dots below the coarsest mesh: entry k is the finest level of at most k vertices, or one dot.
-    pub fn dotted_lods(&self, data: &CrowdData) -> Vec<LodRecord> {
-        let mut lods = self.quantized_lods(data);
-        for character in &data.characters {
             for dots in DOT_COUNTS.into_iter().filter(|dots| dots_are_coarser(character, *dots)) {
+                let lod = LodRecord { vertex_count: dots * DOT_VERTICES, triangle_count: dots };
                 let first = if dots == 1 { 0 } else { dots * DOT_VERTICES };
-                for k in first..character.min_vertex_count {
-                    lods[(character.lod_offset + k) as usize] =
-                        LodRecord { vertex_count: dots * DOT_VERTICES, triangle_count: dots };
-                }
+                lods[(character.lod_offset + first) as usize
+                    ..(character.lod_offset + character.min_vertex_count) as usize]
+                    .fill(lod);
             }
         }
         lods

@@ -24,8 +24,8 @@ const CANDIDATES: usize = FILL_CANDIDATES as usize;
 /// coarsest quantised level whose bound is at most `1 / (weight * water)` metres, from the error tables. So one threshold in
 /// pixels holds for all, the smallest that the budget allows (but for full detail, which has no better).
 ///
-/// `lods`: the LOD tables, the data's, those of quantised levels only, or [`crate::Buckets::error_lods`]; with
-/// `config.dot_area_px2` those of [`crate::Buckets::dotted_lods`]. `culled`: one per instance. Sets `wanted_count` of
+/// `lods`: the LOD tables, the data's, those of quantised levels only, with dots
+/// ([`crate::Buckets::quantized_lods`]), or [`crate::Buckets::error_lods`]. `culled`: one per instance. Sets `wanted_count` of
 /// `sums` to what Eq. 1 as printed comes to, levels looked up. Returns one choice per instance.
 ///
 /// Paper: Peng 2011 Eq. 1 (§5.1) and Dong 2019 Eq. 1 (§4.1) in their weights. Departs: the papers do not say what becomes of

@@ -68,12 +68,12 @@ impl DrawCrowd {
         sample_count: u32,
     ) -> Self {
         let layouts = Layouts::new(device);
-        let shape = Shape { device, color_format, sample_count };
+        let shape = Shape { device, color_format: Some(color_format), sample_count, bias: Default::default() };
         let backdrop = shape.module("backdrop", backdrop_source());
         Self {
             device: device.clone(),
             backdrop: shape.pipeline(
-                [&layouts.backdrop, &layouts.light],
+                &[&layouts.backdrop, &layouts.light],
                 &backdrop,
                 "cover",
                 "backdrop",
@@ -111,9 +111,16 @@ impl DrawCrowd {
         buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
         constants: &[(&str, f64)],
     ) -> wgpu::RenderPipeline {
-        let shape = Shape { device: &self.device, color_format: self.color_format, sample_count: self.sample_count };
         let layouts = [&self.layouts.crowd, &self.layouts.light];
-        shape.pipeline(layouts, &self.crowd_module, vertex, "shade", wgpu::CompareFunction::Less, buffers, constants)
+        self.shape().pipeline(
+            &layouts,
+            &self.crowd_module,
+            vertex,
+            "shade",
+            wgpu::CompareFunction::Less,
+            buffers,
+            constants,
+        )
     }
 
     /// A pipeline of the crowd's shader that draws depth alone, into a texture of one sample a pixel.
@@ -123,38 +130,14 @@ impl DrawCrowd {
         buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
         bias: wgpu::DepthBiasState,
     ) -> wgpu::RenderPipeline {
-        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("cast"),
-            bind_group_layouts: &[Some(&self.layouts.crowd)],
-            immediate_size: 0,
-        });
-        self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("cast"),
-            layout: Some(&layout),
-            vertex: wgpu::VertexState {
-                module: &self.crowd_module,
-                entry_point: Some(vertex),
-                compilation_options: Default::default(),
-                buffers,
-            },
-            primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Less),
-                stencil: Default::default(),
-                bias,
-            }),
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &self.crowd_module,
-                entry_point: Some("mask"),
-                compilation_options: Default::default(),
-                targets: &[],
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
+        let shape = Shape { device: &self.device, color_format: None, sample_count: 1, bias };
+        let less = wgpu::CompareFunction::Less;
+        shape.pipeline(&[&self.layouts.crowd], &self.crowd_module, vertex, "mask", less, buffers, &[])
+    }
+
+    fn shape(&self) -> Shape<'_> {
+        let Self { device, color_format, sample_count, .. } = self;
+        Shape { device, color_format: Some(*color_format), sample_count: *sample_count, bias: Default::default() }
     }
 
     /// The layout of bind group 1.
@@ -164,10 +147,16 @@ impl DrawCrowd {
 
     /// The pipeline of dots.
     pub(crate) fn dots_pipeline(&self, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]) -> wgpu::RenderPipeline {
-        let shape = Shape { device: &self.device, color_format: self.color_format, sample_count: self.sample_count };
-        let Self { layouts, crowd_module, .. } = self;
-        let layouts = [&layouts.crowd, &layouts.light];
-        shape.pipeline(layouts, crowd_module, "dots", "shade_dot", wgpu::CompareFunction::Less, buffers, &[])
+        let layouts = [&self.layouts.crowd, &self.layouts.light];
+        self.shape().pipeline(
+            &layouts,
+            &self.crowd_module,
+            "dots",
+            "shade_dot",
+            wgpu::CompareFunction::Less,
+            buffers,
+            &[],
+        )
     }
 
     /// The crowd's bind group with a technique's own list of owners and their bases.
@@ -404,8 +393,10 @@ fn bind_crowd(
 /// What all pipelines of the draw share.
 struct Shape<'a> {
     device: &'a wgpu::Device,
-    color_format: wgpu::TextureFormat,
+    /// `None` draws depth alone.
+    color_format: Option<wgpu::TextureFormat>,
     sample_count: u32,
+    bias: wgpu::DepthBiasState,
 }
 
 impl Shape<'_> {
@@ -418,7 +409,7 @@ impl Shape<'_> {
 
     fn pipeline(
         &self,
-        layouts: [&wgpu::BindGroupLayout; 2],
+        layouts: &[&wgpu::BindGroupLayout],
         module: &wgpu::ShaderModule,
         vertex: &str,
         fragment: &str,
@@ -426,9 +417,11 @@ impl Shape<'_> {
         buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
         constants: &[(&str, f64)],
     ) -> wgpu::RenderPipeline {
+        let layouts: Vec<_> = layouts.iter().copied().map(Some).collect();
+        let target = self.color_format.map(|format| Some(format.into()));
         let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(vertex),
-            bind_group_layouts: &layouts.map(Some),
+            bind_group_layouts: &layouts,
             immediate_size: 0,
         });
         self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -447,14 +440,14 @@ impl Shape<'_> {
                 depth_write_enabled: Some(true),
                 depth_compare: Some(depth_compare),
                 stencil: Default::default(),
-                bias: Default::default(),
+                bias: self.bias,
             }),
             multisample: wgpu::MultisampleState { count: self.sample_count, ..Default::default() },
             fragment: Some(wgpu::FragmentState {
                 module,
                 entry_point: Some(fragment),
                 compilation_options: Default::default(),
-                targets: &[Some(self.color_format.into())],
+                targets: target.as_slice(),
             }),
             multiview_mask: None,
             cache: None,

@@ -12,7 +12,10 @@ pub struct FillBudget {
 impl FillBudget {
     /// The stage's WGSL as it is compiled.
     pub fn source() -> String {
-        stage_source(&[], include_str!("../../../../shaders/stages/fill_budget.wgsl"))
+        stage_source(
+            &[include_str!("../../../../shaders/shared/scan.wgsl")],
+            include_str!("../../../../shaders/stages/fill_budget.wgsl"),
+        )
     }
 
     /// Compiles the stage.

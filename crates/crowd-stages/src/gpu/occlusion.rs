@@ -24,7 +24,6 @@ pub(crate) struct Occlusion {
     fill: FillBudget,
     fill_quantized: wgpu::BindGroup,
     fill_by_error: wgpu::BindGroup,
-    fill_dotted: wgpu::BindGroup,
     pyramid: Option<Pyramid>,
 }
 
@@ -84,8 +83,7 @@ impl Occlusion {
             let characters = &c.characters;
             fill.bind(device, config, &f.instances, characters, lods, &f.culled, counts, fill_state, sums, &f.choices)
         };
-        let [fill_quantized, fill_by_error, fill_dotted] =
-            [&c.quantized_lods, &c.error_lods, &c.dotted_lods].map(fill_to);
+        let [fill_quantized, fill_by_error] = [&c.quantized_lods, &c.error_lods].map(fill_to);
         let first = Selection::new(device, c, &FrameBuffers { config: first_config, ..f.clone() });
         Ok(Self {
             seen,
@@ -99,7 +97,6 @@ impl Occlusion {
             fill,
             fill_quantized,
             fill_by_error,
-            fill_dotted,
             pyramid: None,
         })
     }
@@ -161,11 +158,8 @@ impl Occlusion {
         recorder.stage("test_occlusion", |pass| self.test.record(pass, &pyramid.test, count));
         recorder.stage("sum_weights", |pass| self.sum.0.record(pass, &self.sum.1, count));
         recorder.stage("join_phases", |pass| self.join.0.record_begin(pass, &self.join.1));
-        let bound = match () {
-            () if config.weight == Weight::Error as u32 => &self.fill_by_error,
-            () if config.dot_area_px2 > 0.0 => &self.fill_dotted,
-            () => &self.fill_quantized,
-        };
+        let by_error = config.weight == Weight::Error as u32;
+        let bound = if by_error { &self.fill_by_error } else { &self.fill_quantized };
         recorder.stage("fill_budget", |pass| self.fill.record_steps(pass, bound, count));
     }
 

@@ -10,7 +10,10 @@ pub struct PlaceBuckets {
 impl PlaceBuckets {
     /// The stage's WGSL as it is compiled.
     pub fn source() -> String {
-        stage_source(&[], include_str!("../../../../shaders/stages/place_buckets.wgsl"))
+        stage_source(
+            &[include_str!("../../../../shaders/shared/scan.wgsl")],
+            include_str!("../../../../shaders/stages/place_buckets.wgsl"),
+        )
     }
 
     /// Compiles the stage.

@@ -14,7 +14,6 @@ pub(crate) struct Selection {
     fill_continuous: wgpu::BindGroup,
     fill_quantized: wgpu::BindGroup,
     fill_by_error: wgpu::BindGroup,
-    fill_dotted: wgpu::BindGroup,
     fit_budget: FitBudget,
     fit_continuous: wgpu::BindGroup,
     fit_quantized: wgpu::BindGroup,
@@ -41,7 +40,7 @@ impl Selection {
             fill.bind(device, config, &f.instances, characters, lods, &f.culled, counts, &f.fill, &f.sums, &f.choices)
         };
         let (fill_continuous, fill_quantized) = (fill_to(&c.lods), fill_to(&c.quantized_lods));
-        let (fill_by_error, fill_dotted) = (fill_to(&c.error_lods), fill_to(&c.dotted_lods));
+        let fill_by_error = fill_to(&c.error_lods);
         Self {
             cull_instances: (cull, cull_bound),
             sum_weights: (sum, sum_bound),
@@ -50,7 +49,6 @@ impl Selection {
             fill_continuous,
             fill_quantized,
             fill_by_error,
-            fill_dotted,
             fit_budget: fit,
             fit_continuous,
             fit_quantized,
@@ -78,11 +76,7 @@ impl Selection {
             Levels::Quantized => (&self.fill_quantized, &self.fit_quantized),
         };
         if options.fit == Fit::Fill || by_error {
-            let fill = match () {
-                () if by_error => &self.fill_by_error,
-                () if config.dot_area_px2 > 0.0 => &self.fill_dotted,
-                () => fill,
-            };
+            let fill = if by_error { &self.fill_by_error } else { fill };
             recorder.stage("fill_budget", |pass| self.fill_budget.record(pass, fill, count));
             return;
         }

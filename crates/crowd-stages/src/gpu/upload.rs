@@ -199,10 +199,8 @@ pub(crate) struct CrowdBuffers {
     pub(crate) triangles: wgpu::Buffer,
     pub(crate) collapse_map: wgpu::Buffer,
     pub(crate) lods: wgpu::Buffer,
-    /// The same of quantised levels only.
+    /// The same of quantised levels and dots.
     pub(crate) quantized_lods: wgpu::Buffer,
-    /// The same with dots.
-    pub(crate) dotted_lods: wgpu::Buffer,
     /// Of quantised levels by their errors.
     pub(crate) error_lods: wgpu::Buffer,
     pub(crate) tables: LevelTables,
@@ -217,7 +215,6 @@ impl CrowdBuffers {
         let fewer = "put fewer characters into one pack";
         let buckets = Buckets::of(data)?;
         let quantized_lods = buckets.quantized_lods(data);
-        let dotted_lods = buckets.dotted_lods(data);
         Ok(Self {
             characters: up.filled("characters", &data.characters, Usage::STORAGE, fewer)?,
             vertices: up.filled("bytes of vertices", &data.vertices, Usage::STORAGE | Usage::VERTEX, fewer)?,
@@ -231,7 +228,6 @@ impl CrowdBuffers {
             collapse_map: up.filled("bytes of the collapse map", &data.collapse_map, Usage::STORAGE, fewer)?,
             lods: up.filled("bytes of the LOD tables", &data.lods, Usage::STORAGE, fewer)?,
             quantized_lods: up.filled("bytes of the quantised LOD tables", &quantized_lods, Usage::STORAGE, fewer)?,
-            dotted_lods: up.filled("bytes of the dotted LOD tables", &dotted_lods, Usage::STORAGE, fewer)?,
             error_lods: up.filled("bytes of the error tables", &buckets.error_lods(), Usage::STORAGE, fewer)?,
             tables: LevelTables::new(up, data, &buckets)?,
             clips: up.filled("bytes of clips", &data.clips, Usage::STORAGE, fewer)?,

@@ -10,7 +10,10 @@ pub struct WriteBucketArgs {
 impl WriteBucketArgs {
     /// The stage's WGSL as it is compiled.
     pub fn source() -> String {
-        stage_source(&[], include_str!("../../../../shaders/stages/write_bucket_args.wgsl"))
+        stage_source(
+            &[include_str!("../../../../shaders/shared/scan.wgsl")],
+            include_str!("../../../../shaders/stages/write_bucket_args.wgsl"),
+        )
     }
 
     /// Compiles the stage.

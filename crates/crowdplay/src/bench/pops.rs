@@ -147,7 +147,7 @@ fn moves_of(crowd: &Crowd, instance: &InstanceRecord, before: Level, after: Leve
 
 /// Draws all frames but the first with the levels of the one before, and with their own.
 ///
-/// `levels`: of the crowd. `config_of`: of a frame, with its time. The static floor is baked for each frame and has no frame before: `None`.
+/// `levels`: of the crowd; they know no dots, so who is dots counts as the coarsest mesh. `config_of`: of a frame, with its time. The static floor is baked for each frame and has no frame before: `None`.
 pub fn measure_pops(
     backend: &mut GpuBackend,
     crowd: &mut Crowd,
@@ -160,25 +160,29 @@ pub fn measure_pops(
         return Ok(None);
     }
     let mut pops = Pops::new();
+    let first = config_of(0);
+    if crowd.advance(first.time_s) {
+        backend.set_instances(&crowd.instances)?;
+    }
+    backend.draw(&first, options)?;
+    let mut before = levels.select(crowd, &first, options);
     for frame in 1..frames {
-        let (earlier, config) = (config_of(frame - 1), config_of(frame));
-        if crowd.advance(earlier.time_s) {
-            backend.set_instances(&crowd.instances)?;
-        }
-        backend.draw(&earlier, options)?;
-        let levels_before = levels.select(crowd, &earlier, options);
+        let config = config_of(frame);
         if crowd.advance(config.time_s) {
             backend.set_instances(&crowd.instances)?;
         }
+        // What was drawn last is the frame before.
         backend.draw(&config, DrawOptions { frozen: true, ..options })?;
-        let before = backend.picture()?;
+        let with_its_levels = backend.picture()?;
         backend.draw(&config, options)?;
-        pops.add(&before, &backend.picture()?);
-        let levels_after = levels.select(crowd, &config, options);
-        if levels_before.choices.len() == levels_after.choices.len() {
-            let moves = moves_between(crowd, &levels_before, &levels_after, &config);
+        pops.add(&with_its_levels, &backend.picture()?);
+        let after = levels.select(crowd, &config, options);
+        // When people come or leave, nobody has a frame before.
+        if before.choices.len() == after.choices.len() {
+            let moves = moves_between(crowd, &before, &after, &config);
             pops.moves = std::mem::take(&mut pops.moves).join(moves);
         }
+        before = after;
     }
     Ok(Some(pops))
 }
