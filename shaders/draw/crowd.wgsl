@@ -20,11 +20,12 @@
 // Palettes were blended beforehand.
 override HAS_PALETTES: bool = false;
 
-fn joint_row(drawn: DrawnInstance, row: u32) -> vec4f {
+fn joint_matrix(drawn: DrawnInstance, joint: u32) -> mat3x4f {
     if HAS_PALETTES {
-        return palettes[drawn.palette_row + row];
+        let row = drawn.palette_row + joint * 3u;
+        return mat3x4f(palettes[row], palettes[row + 1u], palettes[row + 2u]);
     }
-    return blended_row(drawn, row);
+    return blended_joint(drawn, joint);
 }
 
 struct Surface {
@@ -62,7 +63,7 @@ struct Owner {
     @location(7) turn: vec4f,
     // Vertices of the coarser level, first material, texels of two frames.
     @location(8) numbers: vec4u,
-    // Where its skinned vertices and its palette begin, rows of that.
+    // Where its skinned vertices and its palette begin, rows of that, how its character's joints are stored.
     @location(9) bases: vec4u,
 }
 

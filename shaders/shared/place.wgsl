@@ -64,7 +64,7 @@ fn drawn_instance(
         clip.texel_offset + pair.second * frame_texels,
         vertex_base,
         palette_row,
-        frame_texels,
+        character.joint_count * 3u,
         0u,
     );
 }

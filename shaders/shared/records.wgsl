@@ -302,7 +302,7 @@ struct DrawnInstance {
     vertex_base: u32,
     palette_row: u32,
     row_count: u32,
-    reserved: u32,
+    storage: u32,
 }
 
 struct SkinnedVertex {

@@ -1,5 +1,5 @@
 // A vertex of an instance at a time: Peng 2011 Eq. 2 with premultiplied matrices and interpolated frames.
-// Twin: crowd-stages/src/cpu/pose_instance.rs. Needs `joint_row`, a row of a joint's matrix at that time.
+// Twin: crowd-stages/src/cpu/pose_instance.rs. Needs `joint_matrix`, the rows of a joint's matrix at that time.
 
 // Rows of the weighted sum of the joints' matrices: of `own` by its share, of `other` by the rest. Both are joints and weights
 // as VertexRecord has them. As many turns as there are joints with weight: lanes that are alike pay for one set.
@@ -12,10 +12,7 @@ fn skin_matrix(own: vec4u, other: vec4u, own_share: f32, drawn: DrawnInstance) -
     var rows = mat3x4f(vec4f(0.0), vec4f(0.0), vec4f(0.0));
     loop {
         let weight = f32(weights.x & 0xffffu) / 65535.0 * share;
-        let row = (joints.x & 0xffffu) * 3u;
-        rows[0] += joint_row(drawn, row) * weight;
-        rows[1] += joint_row(drawn, row + 1u) * weight;
-        rows[2] += joint_row(drawn, row + 2u) * weight;
+        rows += joint_matrix(drawn, joints.x & 0xffffu) * weight;
         joints = vec2u(joints.x >> 16u | joints.y << 16u, joints.y >> 16u);
         weights = vec2u(weights.x >> 16u | weights.y << 16u, weights.y >> 16u);
         if all(weights == vec2u(0u)) {

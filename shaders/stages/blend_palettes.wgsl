@@ -17,11 +17,12 @@ fn blend_palettes(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         return;
     }
     let one = drawn[entry];
-    let row = (place - entry * joints) * 3u;
-    if row >= one.row_count {
+    let joint = place - entry * joints;
+    if joint * 3u >= one.row_count {
         return;
     }
-    palettes[place * 3u] = blended_row(one, row);
-    palettes[place * 3u + 1u] = blended_row(one, row + 1u);
-    palettes[place * 3u + 2u] = blended_row(one, row + 2u);
+    let rows = blended_joint(one, joint);
+    palettes[place * 3u] = rows[0];
+    palettes[place * 3u + 1u] = rows[1];
+    palettes[place * 3u + 2u] = rows[2];
 }

@@ -9,8 +9,9 @@
 @group(0) @binding(5) var<storage, read> palettes: array<vec4f>;
 @group(0) @binding(6) var<storage, read_write> skinned: array<SkinnedVertex>;
 
-fn joint_row(one: DrawnInstance, row: u32) -> vec4f {
-    return palettes[one.palette_row + row];
+fn joint_matrix(one: DrawnInstance, joint: u32) -> mat3x4f {
+    let row = one.palette_row + joint * 3u;
+    return mat3x4f(palettes[row], palettes[row + 1u], palettes[row + 2u]);
 }
 
 // The bucket whose part holds that vertex: the last that begins at or before it. Those without room begin after all.

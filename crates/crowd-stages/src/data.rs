@@ -1,12 +1,12 @@
 //! A pack made ready for the stages: records as they lie, textures decoded into layers of one size.
 
 use crate::layers::decode_layers;
-use crate::{InstanceRecord, Technique};
+use crate::{DrawnInstance, InstanceRecord, Technique};
 use crowd_pack::{
     AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord, Pack,
     VertexRecord,
 };
-use glam::Mat4;
+use glam::{Mat4, Vec4};
 
 /// Result of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -164,6 +164,20 @@ impl CrowdData {
             AnimationLayout::Split4x4 => premultiply(&mut data, &contents.animation, &contents.inverse_binds),
         }
         Ok(data)
+    }
+
+    /// Rows of a joint's matrix in the frame whose texels begin at `first_texel`, as `storage` says. Twin: `stored_joint` in
+    /// `shaders/shared/frames.wgsl`.
+    pub(crate) fn stored_joint(&self, first_texel: u32, joint: u32, _storage: u32) -> [Vec4; 3] {
+        let at = (first_texel + joint * 3) as usize;
+        [0, 1, 2].map(|row| Vec4::from_array(self.animation[at + row]))
+    }
+
+    /// The same between an instance's two frames.
+    pub(crate) fn blended_joint(&self, drawn: &DrawnInstance, joint: u32) -> [Vec4; 3] {
+        let a = self.stored_joint(drawn.first_texel, joint, drawn.storage);
+        let b = self.stored_joint(drawn.second_texel, joint, drawn.storage);
+        [0, 1, 2].map(|row| a[row] + (b[row] - a[row]) * drawn.blend)
     }
 
     /// Checks that instances name characters that are there and clips of those characters, and that their numbers are

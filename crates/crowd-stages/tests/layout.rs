@@ -132,7 +132,7 @@ fn rust_layouts() -> Vec<Layout> {
             vertex_base,
             palette_row,
             row_count,
-            reserved,
+            storage,
         }),
         layout!(SkinnedVertex { x, y, z, normal_x, normal_y, normal_z }),
         layout!(BucketPlace { vertex_base, first, vertex_count, vertex_offset }),

@@ -1,7 +1,6 @@
 //! Palettes of drawn instances.
 
 use crate::{Buckets, CrowdData, DrawnInstance};
-use glam::Vec4;
 
 /// Three rows a joint of each drawn instance, blended between its two frames; [`Buckets::palette_rows`] of room for each, zeros
 /// where a character has fewer joints.
@@ -11,10 +10,8 @@ use glam::Vec4;
 pub fn blend_palettes(data: &CrowdData, buckets: &Buckets, drawn: &[DrawnInstance]) -> Vec<[f32; 4]> {
     let mut palettes = vec![[0.0; 4]; drawn.len() * buckets.palette_rows as usize];
     for (one, palette) in drawn.iter().zip(palettes.chunks_exact_mut(buckets.palette_rows as usize)) {
-        for (row, blended) in palette.iter_mut().take(one.row_count as usize).enumerate() {
-            let texel = |first: u32| Vec4::from_array(data.animation[first as usize + row]);
-            let (a, b) = (texel(one.first_texel), texel(one.second_texel));
-            *blended = (a + (b - a) * one.blend).to_array();
+        for (joint, rows) in (0..one.row_count / 3).zip(palette.chunks_exact_mut(3)) {
+            rows.copy_from_slice(&data.blended_joint(one, joint).map(|row| row.to_array()));
         }
     }
     palettes

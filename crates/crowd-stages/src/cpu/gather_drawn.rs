@@ -36,7 +36,12 @@ pub fn gather_drawn(
 }
 
 /// One of them, but for where its skinned vertices and its palette lie.
-fn drawn_instance(data: &CrowdData, instance: &InstanceRecord, morph: MorphRecord, time_s: f32) -> DrawnInstance {
+pub(super) fn drawn_instance(
+    data: &CrowdData,
+    instance: &InstanceRecord,
+    morph: MorphRecord,
+    time_s: f32,
+) -> DrawnInstance {
     let character = &data.characters[instance.character as usize];
     let clip = &data.clips[instance.clip as usize];
     let pair = frame_pair(clip, instance.phase_s, time_s);

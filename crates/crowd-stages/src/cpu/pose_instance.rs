@@ -1,5 +1,6 @@
 //! What the vertex shader computes, vertex by vertex: the oracle for images, and the preview without a GPU.
 
+use super::gather_drawn::drawn_instance;
 use super::reform_triangles::surviving;
 use super::{reform_level, turn, world_from_local};
 use crate::{CrowdData, InstanceRecord, LodChoice, MorphRecord};
@@ -110,19 +111,8 @@ pub fn frame_pair(clip: &ClipRecord, phase_s: f32, time_s: f32) -> FramePair {
 
 /// Three rows a joint, blended between the instance's two frames.
 fn blend_palette(data: &CrowdData, instance: &InstanceRecord, time_s: f32) -> Vec<Vec4> {
-    let character = &data.characters[instance.character as usize];
-    let clip = &data.clips[instance.clip as usize];
-    let pair = frame_pair(clip, instance.phase_s, time_s);
-    let row_count = character.joint_count as usize * 3;
-    let frame = |f: u32| {
-        let start = clip.texel_offset as usize + f as usize * row_count;
-        &data.animation[start..start + row_count]
-    };
-    let blend = |(a, b): (&[f32; 4], &[f32; 4])| {
-        let (a, b) = (Vec4::from_array(*a), Vec4::from_array(*b));
-        a + (b - a) * pair.blend
-    };
-    frame(pair.first).iter().zip(frame(pair.second)).map(blend).collect()
+    let drawn = drawn_instance(data, instance, MorphRecord::default(), time_s);
+    (0..drawn.row_count / 3).flat_map(|joint| data.blended_joint(&drawn, joint)).collect()
 }
 
 /// Rows of the weighted sum of a vertex's joints.

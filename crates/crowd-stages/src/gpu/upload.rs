@@ -11,9 +11,9 @@ use std::mem::size_of;
 use std::ops::Range;
 use wgpu::BufferUsages as Usage;
 
-/// Width of the animation texture's layers, texels; `shaders/shared/skin.wgsl` has the same.
+/// Width of the animation texture's layers, texels; `shaders/shared/frames.wgsl` has the same.
 pub const ANIMATION_WIDTH: u32 = 4096;
-/// Height of the animation texture's layers, texels: 4 MiB a layer. `shaders/shared/skin.wgsl` has the same.
+/// Height of the animation texture's layers, texels: 4 MiB a layer. `shaders/shared/frames.wgsl` has the same.
 pub const ANIMATION_HEIGHT: u32 = 64;
 
 /// Makes buffers and textures, counts their bytes, refuses what the device's limits do not allow.
@@ -62,7 +62,7 @@ impl Uploader<'_> {
         if needed > allowed { Err(Error::Limit { what, needed, allowed, remedy }) } else { Ok(()) }
     }
 
-    /// Rows of palettes as one texture, addressed by one number (see `palette_row` in `shaders/shared/skin.wgsl`).
+    /// Stored joints as one texture, addressed by one number (see `animation_texel` in `shaders/shared/frames.wgsl`).
     fn animation_texture(&mut self, texels: &[[f32; 4]]) -> Result<wgpu::TextureView> {
         let rows = texels.len().div_ceil(ANIMATION_WIDTH as usize).max(1) as u32;
         let layer_count = array_layers(rows.div_ceil(ANIMATION_HEIGHT), false);

@@ -51,8 +51,8 @@ pub struct DrawnInstance {
     pub palette_row: u32,
     /// Rows of its palette, three a joint; none where it is drawn as dots.
     pub row_count: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// How its character's joints are stored.
+    pub storage: u32,
 }
 
 /// A skinned vertex in its character's own space, 24 bytes.
