@@ -65,13 +65,34 @@ struct Owner {
     @location(8) numbers: vec4u,
     // Where its skinned vertices and its palette begin, rows of that, how its character's joints are stored.
     @location(9) bases: vec4u,
+    // Texels of two frames of the clip it leaves, their blend and that clip's share as bits.
+    @location(10) leaving: vec4u,
 }
 
 fn drawn_of(owner: Owner) -> DrawnInstance {
     let n = owner.numbers;
     let b = owner.bases;
     let t = owner.turn;
-    return DrawnInstance(owner.place.xyz, owner.place.w, t.xy, t.z, t.w, n.x, n.y, n.z, n.w, b.x, b.y, b.z, b.w);
+    let left = owner.leaving;
+    return DrawnInstance(
+        owner.place.xyz,
+        owner.place.w,
+        t.xy,
+        t.z,
+        t.w,
+        n.x,
+        n.y,
+        n.z,
+        n.w,
+        b.x,
+        b.y,
+        b.z,
+        b.w,
+        left.x,
+        left.y,
+        bitcast<f32>(left.z),
+        bitcast<f32>(left.w),
+    );
 }
 
 // A vertex between its origin and its own place.
@@ -134,7 +155,9 @@ fn place_vertex(drawn: DrawnInstance, vertex: MeshVertex) -> Surface {
 fn draw_of(i: u32) -> DrawnInstance {
     let instance = instances[i];
     let character = characters[instance.character];
-    return drawn_instance(instance, character, clips[instance.clip], MorphRecord(0u, 1.0), config.time_s, NONE, NONE);
+    let clip = clips[instance.clip];
+    let leaving = clips[leaving_clip(instance)];
+    return drawn_instance(instance, character, clip, leaving, MorphRecord(0u, 1.0), config.time_s, NONE, NONE);
 }
 
 // One draw for the whole crowd: a vertex index is an entry of the frame's vertex list.

@@ -17,9 +17,16 @@ fn world_from_local(instance: InstanceRecord, p: vec3f) -> vec3f {
     return instance.position + turn(instance.yaw_rad, p * instance.scale);
 }
 
-// The sphere that holds every pose of its clip. Twin: world_sphere in crowd-stages/src/cpu/cull_instances.rs.
-fn world_sphere(instance: InstanceRecord, clip: ClipRecord) -> vec4f {
-    return vec4f(world_from_local(instance, clip.sphere.xyz), clip.sphere.w * instance.scale);
+// The clip that an instance leaves, or the one it plays where it leaves none.
+fn leaving_clip(instance: InstanceRecord) -> u32 {
+    return select(instance.clip, instance.leaving_clip, instance.leaving_share > 0.0);
+}
+
+// The sphere that holds every pose of its clip, and of its way from the one it leaves. Twin: world_sphere in
+// crowd-stages/src/cpu/cull_instances.rs.
+fn world_sphere(instance: InstanceRecord, clip: ClipRecord, leaving: ClipRecord) -> vec4f {
+    let sphere = clip.sphere + (leaving.sphere - clip.sphere) * instance.leaving_share;
+    return vec4f(world_from_local(instance, sphere.xyz), sphere.w * instance.scale);
 }
 
 struct FramePair {
@@ -44,6 +51,7 @@ fn drawn_instance(
     instance: InstanceRecord,
     character: CharacterRecord,
     clip: ClipRecord,
+    leaving: ClipRecord,
     morph: MorphRecord,
     time_s: f32,
     // Where its skinned vertices and its palette begin, if they are somewhere.
@@ -51,6 +59,7 @@ fn drawn_instance(
     palette_row: u32,
 ) -> DrawnInstance {
     let pair = frame_pair(clip, instance.phase_s, time_s);
+    let left = frame_pair(leaving, instance.leaving_phase_s, time_s);
     let frame_texels = character.joint_count * 3u;
     return DrawnInstance(
         instance.position,
@@ -66,5 +75,9 @@ fn drawn_instance(
         palette_row,
         character.joint_count * 3u,
         0u,
+        leaving.texel_offset + left.first * frame_texels,
+        leaving.texel_offset + left.second * frame_texels,
+        left.blend,
+        instance.leaving_share,
     );
 }

@@ -108,6 +108,37 @@ struct InstanceRecord {
     character: u32,
     clip: u32,
     phase_s: f32,
+    leaving_clip: u32,
+    leaving_phase_s: f32,
+    leaving_share: f32,
+    reserved: u32,
+}
+
+struct MotionStretch {
+    start_s: f32,
+    fade_s: f32,
+    clip: u32,
+    turns: f32,
+    first_rate_hz: f32,
+    rate_hz: f32,
+    left_clip: u32,
+    left_turns: f32,
+    left_rate_hz: f32,
+    left_last_rate_hz: f32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+struct MotionSchedule {
+    first: u32,
+    count: u32,
+    loop_s: f32,
+    reserved: u32,
+}
+
+struct MotionRecord {
+    schedule: u32,
+    ahead_s: f32,
 }
 
 struct FrameConfig {
@@ -303,6 +334,10 @@ struct DrawnInstance {
     palette_row: u32,
     row_count: u32,
     storage: u32,
+    leaving_first_texel: u32,
+    leaving_second_texel: u32,
+    leaving_blend: f32,
+    leaving_share: f32,
 }
 
 struct SkinnedVertex {

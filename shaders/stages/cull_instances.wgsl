@@ -15,7 +15,7 @@ fn cull_instances(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         return;
     }
     let instance = instances[i];
-    let sphere = world_sphere(instance, clips[instance.clip]);
+    let sphere = world_sphere(instance, clips[instance.clip], clips[leaving_clip(instance)]);
     let center = sphere.xyz;
     let radius = sphere.w;
 

@@ -32,7 +32,9 @@ fn gather_drawn(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocati
         base = place.vertex_base + (entry - place.first) * place.vertex_count;
     }
     let row = entry * bucket_counts.palette_rows;
-    var one = drawn_instance(instance, character, clips[instance.clip], morphs[i], config.time_s, base, row);
+    let clip = clips[instance.clip];
+    let leaving = clips[leaving_clip(instance)];
+    var one = drawn_instance(instance, character, clip, leaving, morphs[i], config.time_s, base, row);
     // Dots read their few joints from the frames.
     one.row_count = select(0u, one.row_count, key < bucket_counts.mesh_count);
     drawn[entry] = one;

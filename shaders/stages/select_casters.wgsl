@@ -42,7 +42,7 @@ fn select_casters(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         return;
     }
     let instance = instances[i];
-    let sphere = world_sphere(instance, clips[instance.clip]);
+    let sphere = world_sphere(instance, clips[instance.clip], clips[leaving_clip(instance)]);
     let center = sphere.xyz;
     let radius = sphere.w;
     let cascade = shadow.cascades[which.cascade];

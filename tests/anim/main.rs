@@ -1,4 +1,5 @@
 //! Characters in motion: poses at the right times, bounds that hold every vertex, and every point of a level.
 
+mod fades;
 mod level_bounds;
 mod real_clips;

@@ -65,6 +65,7 @@ pub fn crowd() -> CrowdData {
 }
 
 /// Instances on a disc, the same for the same count: place, yaw, size, character, clip and phase from a hash of the number.
+/// Every other one fades between two clips.
 pub fn instances(data: &CrowdData, count: u32) -> Vec<InstanceRecord> {
     let radius = (count as f32).sqrt() * 0.9;
     let place = |i: u32| {
@@ -80,6 +81,10 @@ pub fn instances(data: &CrowdData, count: u32) -> Vec<InstanceRecord> {
             character,
             clip: record.clip_offset + hash(i.wrapping_mul(8).wrapping_add(6)) % record.clip_count,
             phase_s: unit(4) * 2.0,
+            leaving_clip: record.clip_offset + hash(i.wrapping_mul(8).wrapping_add(7)) % record.clip_count,
+            leaving_phase_s: unit(1) * 2.0,
+            leaving_share: (unit(7) * 2.0 - 1.0).max(0.0),
+            reserved: 0,
         }
     };
     (0..count).map(place).collect()

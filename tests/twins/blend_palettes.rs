@@ -34,4 +34,7 @@ fn palettes_agree_for_everyone_drawn() {
     // The comparison can fail: these are not the nearest frames' matrices, as the papers have them.
     let nearest: Vec<DrawnInstance> = drawn.iter().map(|one| DrawnInstance { blend: 0.0, ..*one }).collect();
     assert!(first_apart(&palettes, &cpu::blend_palettes(data(), buckets(), &nearest)).is_some());
+    // Nor those of one clip alone.
+    let alone: Vec<DrawnInstance> = drawn.iter().map(|one| DrawnInstance { leaving_share: 0.0, ..*one }).collect();
+    assert!(first_apart(&palettes, &cpu::blend_palettes(data(), buckets(), &alone)).is_some());
 }

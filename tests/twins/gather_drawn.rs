@@ -53,12 +53,17 @@ pub fn on_cpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
 /// Whether the shares of frames and all else agree. At a frame's border the two may stand on either side of it.
 fn agree(a: &DrawnInstance, b: &DrawnInstance) -> bool {
     let near = |a: f32, b: f32| (a - b).abs() <= cpu::DRAWN_BOUND;
-    let frames = a.first_texel == b.first_texel && a.second_texel == b.second_texel && near(a.blend, b.blend);
-    let at_border = near(a.blend.max(b.blend), 1.0) && near(a.blend.min(b.blend), 0.0);
+    let pairs = |d: &DrawnInstance| {
+        [(d.first_texel, d.second_texel, d.blend), (d.leaving_first_texel, d.leaving_second_texel, d.leaving_blend)]
+    };
+    let frames = pairs(a).into_iter().zip(pairs(b)).all(|(a, b)| {
+        let is_at_border = near(a.2.max(b.2), 1.0) && near(a.2.min(b.2), 0.0);
+        is_at_border || ((a.0, a.1) == (b.0, b.1) && near(a.2, b.2))
+    });
     let integers = |d: &DrawnInstance| (d.coarser_vertex_count, d.material_offset, d.position.map(f32::to_bits));
     let bases = |d: &DrawnInstance| (d.vertex_base, d.palette_row, d.row_count);
     let rest = integers(a) == integers(b) && bases(a) == bases(b) && a.scale == b.scale && a.fraction == b.fraction;
-    rest && (frames || at_border) && (0..2).all(|k| near(a.turn[k], b.turn[k]))
+    rest && frames && a.leaving_share == b.leaving_share && (0..2).all(|k| near(a.turn[k], b.turn[k]))
 }
 
 fn first_apart(gpu: &[DrawnInstance], cpu: &[DrawnInstance]) -> Option<String> {
@@ -91,6 +96,9 @@ fn everyone_in_a_bucket_is_drawn_once_and_one_that_differs_is_seen() {
     assert!(first_apart(&changed, &drawn).is_some());
     changed[visible / 2] = DrawnInstance { second_texel: 7, ..drawn[visible / 2] };
     assert!(first_apart(&changed, &drawn).is_some());
+    changed[visible / 2] = DrawnInstance { leaving_first_texel: 7, ..drawn[visible / 2] };
+    assert!(first_apart(&changed, &drawn).is_some());
+    assert!(drawn.iter().filter(|one| one.leaving_share > 0.1).count() > visible / 4, "many fade");
 }
 
 /// What a morph needs is a property of the vertex: the one that its level's coarser neighbour has in its place.

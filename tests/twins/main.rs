@@ -14,6 +14,7 @@ mod occlusion;
 mod orphans;
 mod place_buckets;
 mod place_vertices;
+mod play_motion;
 mod recall_seen;
 mod reform_triangles;
 mod scan_counts;

@@ -99,6 +99,7 @@ fn people(data: &CrowdData, count: u32, seed: u32) -> Vec<InstanceRecord> {
         character: one.character,
         clip: data.characters[one.character as usize].clip_offset + one.clip,
         phase_s: one.phase_s,
+        ..Default::default()
     };
     placed.iter().map(record).collect()
 }

@@ -27,27 +27,35 @@ const AT_ONCE: DrawOptions = DrawOptions { technique: Technique::Bucketed, ..ORA
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn bucketed_draws_what_reformation_of_the_same_levels_draws() {
-    let (instances, config) = close_up();
-    let mut renderer = renderer(OPTIONS, &instances);
-    let picture = Picture::new((640, 360));
-    for budget in [u32::MAX, 6000, 2500] {
-        let config = FrameConfig { budget, ..config };
-        let oracle_totals = draw(&mut renderer, &picture, &config, ORACLE);
-        let oracle = picture.pixels();
-        let totals = draw(&mut renderer, &picture, &config, AT_ONCE);
-        let colors: std::collections::BTreeSet<[u8; 4]> = oracle.iter().copied().collect();
-        assert!(colors.len() > 1000, "{} colours: this is not a picture", colors.len());
-        assert_eq!(compare(&picture.pixels(), &oracle).max, 0, "budget {budget}: not one pixel differs");
-        assert!(totals.draw_count >= 3);
-        let of = |t: crowd_stages::FrameTotals| (t.visible_count, t.vertex_count, t.triangle_count, t.overflow);
-        assert_eq!(of(totals), of(oracle_totals), "budget {budget}");
+    let (fading, config) = close_up();
+    // On their way between two clips barrels fold through themselves; where triangles meet in depth the one drawn first wins.
+    for (instances, allowed_share) in [(one_clip_each(&fading), 0.0), (fading, 1e-4)] {
+        let mut renderer = renderer(OPTIONS, &instances);
+        let picture = Picture::new((640, 360));
+        for budget in [u32::MAX, 6000, 2500] {
+            let config = FrameConfig { budget, ..config };
+            let oracle_totals = draw(&mut renderer, &picture, &config, ORACLE);
+            let oracle = picture.pixels();
+            let totals = draw(&mut renderer, &picture, &config, AT_ONCE);
+            let colors: std::collections::BTreeSet<[u8; 4]> = oracle.iter().copied().collect();
+            assert!(colors.len() > 1000, "{} colours: this is not a picture", colors.len());
+            let share = compare(&picture.pixels(), &oracle).share_over(0);
+            assert!(share <= allowed_share, "budget {budget}: {share} of the pixels differ");
+            assert!(totals.draw_count >= 3);
+            let of = |t: crowd_stages::FrameTotals| (t.visible_count, t.vertex_count, t.triangle_count, t.overflow);
+            assert_eq!(of(totals), of(oracle_totals), "budget {budget}");
 
-        // The comparison can fail: continuous levels are others.
-        if budget == 6000 {
-            draw(&mut renderer, &picture, &config, Technique::Reform);
-            assert!(compare(&picture.pixels(), &oracle).max > 0);
+            // The comparison can fail: continuous levels are others.
+            if budget == 6000 {
+                draw(&mut renderer, &picture, &config, Technique::Reform);
+                assert!(compare(&picture.pixels(), &oracle).share_over(0) > 1e-3);
+            }
         }
     }
+}
+
+fn one_clip_each(fading: &[InstanceRecord]) -> Vec<InstanceRecord> {
+    fading.iter().map(|one| InstanceRecord { leaving_share: 0.0, ..*one }).collect()
 }
 
 #[test]

@@ -30,6 +30,19 @@ route 1              # to and fro
 0 -6
 0  6     1
 ";
+const MOTION: &str = "\
+# crowd motion graph v1
+# People stand about, stroll, hurry in step with their strolling, and stand again.
+#      name     clip   for      least most
+state  stands   idle   seconds  2     6
+state  strolls  walk   seconds  4     9
+state  hurries  run    seconds  2     5
+#      from     to       fade_s
+way    stands   strolls  0.4
+way    strolls  stands   0.4     weight 2
+way    strolls  hurries  0.3     in-step
+way    hurries  strolls  0.3     in-step
+";
 const CAMERA: &str = "\
 # crowd camera path v1
 # time_s  eye x y z  target x y z  fov_deg
@@ -62,6 +75,7 @@ pub fn scenes() -> Vec<Fixture> {
         file("layout.txt", LAYOUT.into()),
         file("waypoints.txt", WAYPOINTS.into()),
         file("camera.txt", CAMERA.into()),
+        file("motion.txt", MOTION.into()),
         file("street.wkt", STREET.into()),
     ]
 }

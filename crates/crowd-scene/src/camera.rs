@@ -348,7 +348,8 @@ mod tests {
 
     #[test]
     fn strange_crowds_still_give_a_camera() {
-        let odd = Instance { position: Vec3::NAN, yaw_rad: 0.0, scale: 1.0, character: 0, clip: 0, phase_s: 0.0 };
+        let crowd = crate::place(crate::Layout::Grid, 1, 1.0, &[Kind::default()], &[], 0);
+        let odd = Instance { position: Vec3::NAN, ..crowd[0] };
         assert!(framing_crowd(&[odd], &[], f32::NAN).clip_from_world(1.0).is_finite());
         assert!(framing_crowd(&[], &[], 1.0).clip_from_world(1.0).is_finite());
     }

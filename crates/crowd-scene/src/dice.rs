@@ -12,6 +12,9 @@ pub(crate) enum Purpose {
     Z,
     Pace,
     Start,
+    Stay,
+    Way,
+    Schedule,
 }
 
 /// The random numbers of one person.

@@ -71,6 +71,10 @@ struct Boid {
     /// The speed this person likes.
     pace_m_s: f32,
     gait: Gait,
+    ran_m: f32,
+    gait_before: Gait,
+    /// Since the gait changed.
+    changed_s: f32,
 }
 
 impl Flock {
@@ -109,6 +113,9 @@ impl Flock {
             speed_m_s: boid.velocity.length(),
             gait: boid.gait,
             walked_m: boid.walked_m,
+            ran_m: boid.ran_m,
+            gait_before: boid.gait_before,
+            changed_s: boid.changed_s,
         }));
     }
 
@@ -131,9 +138,14 @@ impl Flock {
         boid.velocity = velocity.normalize_or(Vec2::Y) * speed;
         boid.place += boid.velocity * STEP_S + push.clamp_length_max(MOST_PUSH_M);
         boid.walked_m += speed * STEP_S;
+        boid.ran_m += if boid.gait == Gait::Run { speed * STEP_S } else { 0.0 };
         let goal = libm::atan2f(boid.velocity.x, boid.velocity.y);
         boid.yaw_rad = wrapped(boid.yaw_rad + wrapped(goal - boid.yaw_rad) * (TURN_HZ * STEP_S).min(1.0));
-        boid.gait = boid.gait.at_speed(speed);
+        boid.changed_s += STEP_S;
+        let gait = boid.gait.at_speed(speed);
+        if gait != boid.gait && boid.changed_s >= Gait::SHORTEST_S {
+            (boid.gait, boid.gait_before, boid.changed_s) = (gait, boid.gait, 0.0);
+        }
         boid
     }
 
@@ -198,6 +210,9 @@ fn start(count: u32, seed: u32, radius_m: f32, rules: &FlockRules) -> Vec<Boid> 
             walked_m: 0.0,
             pace_m_s,
             gait: Gait::Walk,
+            ran_m: 0.0,
+            gait_before: Gait::Walk,
+            changed_s: f32::INFINITY,
         }
     };
     (0..count).map(boid).collect()

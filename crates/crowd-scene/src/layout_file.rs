@@ -14,7 +14,7 @@ use std::fmt::Write as _;
 use glam::Vec3;
 
 use crate::text::{FARTHEST_M, Line, lines_after, wrong};
-use crate::{Error, Instance, Kind, Layout, Result, place};
+use crate::{Error, Instance, Kind, Layout, Leaving, Result, place};
 
 const HEADING: &str = "# crowd layout v1";
 /// People in one file: 360 MB of instances, more than any GPU of today draws.
@@ -47,7 +47,7 @@ pub fn parse_layout(text: &str, kinds: &[Kind], clips: &[Vec<u32>]) -> Result<Ve
         let kind = &kinds[character as usize];
         let clip = line.index_or_name(6, "clip", &kind.clip_names, kind.clip_durations_s.len().max(1))?;
         let phase_s = line.number_in(7, "phase_s", 0.0, 1.0e6)?;
-        crowd.push(Instance { position, yaw_rad, scale, character, clip, phase_s });
+        crowd.push(Instance { position, yaw_rad, scale, character, clip, phase_s, leaving: Leaving::default() });
     }
     Ok(crowd)
 }

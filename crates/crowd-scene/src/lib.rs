@@ -11,6 +11,8 @@ mod dice;
 mod error;
 mod flock;
 mod layout_file;
+mod motion_graph;
+mod motion_schedule;
 mod place;
 mod sqlite;
 mod text;
@@ -24,6 +26,8 @@ pub use camera_path::{CameraKey, CameraPath};
 pub use error::{Error, Result};
 pub use flock::{FLOCK_LOOP_S, Flock, FlockRules};
 pub use layout_file::{parse_layout, write_layout};
+pub use motion_graph::{MotionGraph, MotionState, MotionWay, Stay, UsualClip};
+pub use motion_schedule::{MotionStretch, Schedule, StateClip, deal_schedule};
 pub use place::place;
 pub use trajectory::Trajectories;
 pub use walker::{Cast, Gait, GaitClip, Mover, Walker};
@@ -46,6 +50,19 @@ pub struct Instance {
     pub clip: u32,
     /// Start time within the clip, seconds.
     pub phase_s: f32,
+    /// The clip it comes from, while it fades.
+    pub leaving: Leaving,
+}
+
+/// A clip that someone fades out of.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Leaving {
+    /// Index of the clip within the character.
+    pub clip: u32,
+    /// Start time within it, seconds.
+    pub phase_s: f32,
+    /// Its share of the pose, 0 to 1; 0: nobody fades.
+    pub share: f32,
 }
 
 /// What a layout needs to know of a character.

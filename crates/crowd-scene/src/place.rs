@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use crate::dice::{Dice, Purpose};
-use crate::{Instance, Kind, Layout};
+use crate::{Instance, Kind, Layout, Leaving};
 
 /// Share of the spacing by which [`Layout::Grid`] moves a person from the exact spot, each axis, each way.
 const GRID_SHUFFLE: f32 = 0.16;
@@ -67,6 +67,7 @@ pub fn place(
                 character,
                 clip,
                 phase_s: dice.unit(Purpose::Phase) * duration,
+                leaving: Leaving::default(),
             }
         })
         .collect()

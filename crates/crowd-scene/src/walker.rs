@@ -4,8 +4,8 @@ use std::f32::consts::TAU;
 
 use glam::Vec3;
 
-use crate::Instance;
 use crate::dice::{Dice, Purpose};
+use crate::{Instance, Leaving};
 
 /// Below this ground speed a walk or run clip is taken to stay in place: its own speed is not known.
 const LEAST_CLIP_SPEED_M_S: f32 = 0.05;
@@ -24,6 +24,9 @@ pub enum Gait {
 }
 
 impl Gait {
+    /// Feeds change nobody's gait sooner than this after the last change, seconds: no third clip comes into a fade.
+    pub const SHORTEST_S: f32 = 0.5;
+
     /// The gait at a speed, with hysteresis: `self` is kept until the speed is clearly another gait's.
     ///
     /// Standing ends at 0.3 m/s and begins below 0.15; running begins at 2.2 m/s (people change over at about 2) and ends
@@ -56,6 +59,12 @@ pub struct Walker {
     pub gait: Gait,
     /// Metres walked since the person came.
     pub walked_m: f32,
+    /// Part of them that were run.
+    pub ran_m: f32,
+    /// The gait before this one; means nothing while `changed_s` is infinite.
+    pub gait_before: Gait,
+    /// Seconds since the gait changed; infinite where it never did.
+    pub changed_s: f32,
 }
 
 /// A clip as feeds use it.
@@ -78,6 +87,8 @@ pub struct Mover {
     pub clips: [GaitClip; 3],
     /// Factor between the character's own metres and those of the scene.
     pub scale: f32,
+    /// Turns that the run clip is ahead of the walk clip where its feet are where the walk's are.
+    pub run_ahead_turns: f32,
 }
 
 /// The characters among which walkers are dealt out.
@@ -87,6 +98,8 @@ pub struct Cast {
     pub movers: Vec<Mover>,
     /// Another seed, another casting.
     pub seed: u32,
+    /// Seconds over which someone fades from one gait into the next; 0: at once. At most [`Gait::SHORTEST_S`].
+    pub fade_s: f32,
 }
 
 impl Cast {
@@ -97,25 +110,37 @@ impl Cast {
 
     /// The walker as an instance at `time_s`; its clip plays at `time_s + phase_s`, as everyone's does.
     ///
-    /// Where the clip's ground speed is known, the clip follows the metres walked, so that feet do not slide; otherwise it
-    /// plays at its own rate. What the clip itself moves the character by is taken out again.
+    /// Where the clips' ground speeds are known, they follow the metres walked, so that feet do not slide; otherwise they play at
+    /// their own rates. Walking and running then go by one count of steps, so that at a change both clips have the same foot on
+    /// the ground. For `fade_s` after a change the gait before shares in the pose. What clips themselves move the character by is
+    /// taken out again.
     pub fn instance(&self, walker: &Walker, time_s: f32) -> Instance {
         let dice = Dice { seed: self.seed, index: walker.id };
         let character = self.character_of(walker.id);
         let mover = &self.movers[character as usize];
-        let clip = &mover.clips[walker.gait as usize];
         let scale = 1.0 + 0.06 * dice.around_zero(Purpose::Scale);
-        let own_speed = clip.ground_speed_m_s * mover.scale * scale;
-        let follows = walker.gait != Gait::Idle && own_speed >= LEAST_CLIP_SPEED_M_S && clip.duration_s > 0.0;
-        let start = dice.unit(Purpose::Phase) * clip.duration_s;
-        let clip_time = start + if follows { walker.walked_m / own_speed } else { time_s };
-        let phase_s = if clip.duration_s > 0.0 { (clip_time - time_s).rem_euclid(clip.duration_s) } else { 0.0 };
-        let moved = if clip.duration_s > 0.0 {
-            let turns = clip_time / clip.duration_s;
-            clip.displacement_m * ((turns - turns.floor()) * mover.scale * scale)
-        } else {
-            Vec3::ZERO
+        let size = mover.scale * scale;
+        let start_turns = dice.unit(Purpose::Phase);
+        let of = |gait: Gait| {
+            let clip = &mover.clips[gait as usize];
+            let turns = start_turns + mover.turns(gait, walker, size, time_s);
+            let phase_s = if clip.duration_s > 0.0 {
+                (turns * clip.duration_s - time_s).rem_euclid(clip.duration_s)
+            } else {
+                0.0
+            };
+            (clip, phase_s, clip.displacement_m * ((turns - turns.floor()) * size))
         };
+        let (clip, phase_s, mut moved) = of(walker.gait);
+        let mut leaving = Leaving::default();
+        let before = walker.gait_before;
+        let is_other = mover.clips[before as usize].clip != clip.clip;
+        if is_other && walker.changed_s < self.fade_s {
+            let (left, left_phase_s, left_moved) = of(before);
+            leaving =
+                Leaving { clip: left.clip, phase_s: left_phase_s, share: left_share(walker.changed_s / self.fade_s) };
+            moved += (left_moved - moved) * leaving.share;
+        }
         Instance {
             position: walker.position - turned(moved, walker.yaw_rad),
             yaw_rad: walker.yaw_rad,
@@ -123,8 +148,35 @@ impl Cast {
             character,
             clip: clip.clip,
             phase_s,
+            leaving,
         }
     }
+}
+
+impl Mover {
+    /// Turns of a gait's clip by now. `size`: of the instance over the clips' own metres.
+    fn turns(&self, gait: Gait, walker: &Walker, size: f32, time_s: f32) -> f32 {
+        let stride = |gait: Gait| {
+            let clip = &self.clips[gait as usize];
+            let own_speed = clip.ground_speed_m_s * size;
+            (own_speed >= LEAST_CLIP_SPEED_M_S && clip.duration_s > 0.0).then_some(own_speed * clip.duration_s)
+        };
+        let by_time = |clip: &GaitClip| if clip.duration_s > 0.0 { time_s / clip.duration_s } else { 0.0 };
+        let ahead = if gait == Gait::Run { self.run_ahead_turns } else { 0.0 };
+        match (gait, stride(Gait::Walk), stride(Gait::Run)) {
+            (Gait::Walk | Gait::Run, Some(walk_m), Some(run_m)) => {
+                (walker.walked_m - walker.ran_m) / walk_m + walker.ran_m / run_m + ahead
+            }
+            (Gait::Walk, Some(stride_m), None) | (Gait::Run, None, Some(stride_m)) => walker.walked_m / stride_m,
+            _ => by_time(&self.clips[gait as usize]),
+        }
+    }
+}
+
+/// Share of what is left after `done` of a fade, 1 to 0, with no jump in speed at either end.
+fn left_share(done: f32) -> f32 {
+    let done = done.clamp(0.0, 1.0);
+    1.0 - done * done * (3.0 - 2.0 * done)
 }
 
 /// A vector of a character, seen from the world.
@@ -151,11 +203,60 @@ mod tests {
 
     fn walk(ground_speed_m_s: f32, displacement_m: Vec3) -> Cast {
         let clip = |clip| GaitClip { clip, duration_s: 1.0, ground_speed_m_s, displacement_m };
-        Cast { movers: vec![Mover { clips: [clip(0), clip(1), clip(2)], scale: 1.0 }; 3], seed: 1 }
+        Cast {
+            movers: vec![Mover { clips: [clip(0), clip(1), clip(2)], scale: 1.0, run_ahead_turns: 0.0 }; 3],
+            seed: 1,
+            fade_s: 0.3,
+        }
     }
 
     fn walker(gait: Gait, walked_m: f32) -> Walker {
-        Walker { id: 7, position: Vec3::new(walked_m, 0.0, 0.0), yaw_rad: 0.5, speed_m_s: 1.0, gait, walked_m }
+        Walker {
+            id: 7,
+            position: Vec3::new(walked_m, 0.0, 0.0),
+            yaw_rad: 0.5,
+            speed_m_s: 1.0,
+            gait,
+            walked_m,
+            ran_m: 0.0,
+            gait_before: Gait::Idle,
+            changed_s: f32::INFINITY,
+        }
+    }
+
+    #[test]
+    fn walking_and_running_count_the_same_steps_and_fade() {
+        let mut cast = walk(1.0, Vec3::ZERO);
+        for mover in &mut cast.movers {
+            mover.clips[2] = GaitClip { clip: 2, duration_s: 0.6, ground_speed_m_s: 3.0, ..Default::default() };
+            mover.run_ahead_turns = 0.25;
+        }
+        let turns =
+            |clip_phase_s: f32, duration_s: f32, time_s: f32| ((time_s + clip_phase_s) / duration_s).rem_euclid(1.0);
+        let mut shares = Vec::new();
+        for i in 0..8 {
+            let changed_s = i as f32 * 0.05;
+            let ran_m = 3.0 * changed_s;
+            let now = 5.0 + changed_s;
+            let runs = Walker { ran_m, gait_before: Gait::Walk, changed_s, ..walker(Gait::Run, 2.0 + ran_m) };
+            let one = cast.instance(&runs, now);
+            let steps = turns(one.phase_s, 0.6, now) - 0.25;
+            if one.leaving.share > 0.0 {
+                let left = turns(one.leaving.phase_s, 1.0, now);
+                assert!(wrapped((steps - left) * TAU).abs() < 1e-3, "{steps} and {left} turns");
+                assert_eq!((one.clip, one.leaving.clip), (2, 1));
+            }
+            shares.push(one.leaving.share);
+        }
+        assert!(shares[0] == 1.0 && shares.is_sorted_by(|a, b| a >= b) && shares[6] == 0.0, "{shares:?}");
+        // Where walking stops and running starts nothing jumps.
+        let (stops, starts) =
+            (walker(Gait::Walk, 2.0), Walker { changed_s: 0.0, gait_before: Gait::Walk, ..walker(Gait::Run, 2.0) });
+        let (a, b) = (cast.instance(&stops, 5.0), cast.instance(&starts, 5.0));
+        assert_eq!((a.clip, a.phase_s), (b.leaving.clip, b.leaving.phase_s));
+        assert_eq!(b.leaving.share, 1.0);
+        cast.fade_s = 0.0;
+        assert_eq!(cast.instance(&starts, 5.0).leaving, Leaving::default(), "switched off");
     }
 
     #[test]

@@ -181,7 +181,7 @@ impl Route {
         // In f64: after a day the place still moves smoothly.
         let since = f64::from(time_s) + f64::from(start_m / pace_m_s);
         let rounds = (since / round_s).floor();
-        let (along_m, waits) = self.along((since - rounds * round_s) as f32, pace_m_s);
+        let (along_m, waits, changed_s) = self.along((since - rounds * round_s) as f32, pace_m_s);
         let side = aside * self.half_width_m;
         let place = self.place(along_m, side);
         let walked_m = (rounds * f64::from(self.length_m())) as f32 + along_m;
@@ -191,25 +191,39 @@ impl Route {
             position: Vec3::new(place.x, 0.0, place.y),
             yaw_rad: self.heading(along_m),
             speed_m_s,
-            gait: Gait::Idle.at_speed(speed_m_s),
+            gait: if waits { Gait::Idle } else { Gait::Walk },
             walked_m,
+            ran_m: 0.0,
+            gait_before: if waits { Gait::Walk } else { Gait::Idle },
+            changed_s,
         }
     }
 
-    /// Metres along the way after `seconds` of a round that begins with the wait at the first point, and whether it waits.
-    fn along(&self, mut seconds: f32, pace_m_s: f32) -> (f32, bool) {
+    /// Metres along the way after `seconds` of a round that begins with the wait at the first point, whether people stand there,
+    /// and the seconds since that changed. Nobody stands for a wait too short for a gait.
+    fn along(&self, mut seconds: f32, pace_m_s: f32) -> (f32, bool, f32) {
+        let stands = |point: &Point| point.wait_s >= Gait::SHORTEST_S;
+        let last_leg_s = self.points.iter().rposition(stands).map(|last| {
+            let waits: f32 = self.points[last + 1..].iter().map(|point| point.wait_s).sum();
+            (self.length_m() - self.metres[last]) / pace_m_s + waits
+        });
+        // Since the last wait of the round before.
+        let mut walked_s = last_leg_s.unwrap_or(f32::INFINITY);
         for (i, point) in self.points.iter().enumerate() {
             if seconds < point.wait_s {
-                return (self.metres[i], true);
+                let stands = stands(point);
+                return (self.metres[i], stands, if stands { seconds } else { walked_s + seconds });
             }
             seconds -= point.wait_s;
+            walked_s = if stands(point) { 0.0 } else { walked_s + point.wait_s };
             let leg_s = (self.metres[i + 1] - self.metres[i]) / pace_m_s;
             if seconds < leg_s {
-                return (self.metres[i] + seconds * pace_m_s, false);
+                return (self.metres[i] + seconds * pace_m_s, false, walked_s + seconds);
             }
             seconds -= leg_s;
+            walked_s += leg_s;
         }
-        (self.length_m(), false)
+        (self.length_m(), false, walked_s)
     }
 
     fn leg(&self, along_m: f32) -> usize {

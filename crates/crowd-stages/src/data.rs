@@ -72,7 +72,7 @@ pub enum Error {
     Instance {
         /// Of the instance.
         index: usize,
-        /// `character` or `clip`.
+        /// `character`, `clip` or `leaving clip`.
         what: &'static str,
         /// Found.
         found: u32,
@@ -84,8 +84,28 @@ pub enum Error {
     NotFinite {
         /// Of the instance.
         index: usize,
-        /// `position`, `yaw`, `scale` or `phase`.
+        /// `position`, `yaw`, `scale`, `phase` or `leaving phase`.
         what: &'static str,
+        /// Found.
+        found: f32,
+    },
+    /// What instances play from second to second cannot be followed.
+    #[error("{what} {index}: found {found}, allowed {allowed}")]
+    Motion {
+        /// `motion`, `schedule` or `stretch`.
+        what: &'static str,
+        /// Of it.
+        index: usize,
+        /// Found.
+        found: String,
+        /// What may be there.
+        allowed: &'static str,
+    },
+    /// An instance leaves a clip by a share that is none.
+    #[error("instance {index}: share of the clip it leaves {found}, allowed 0 to 1")]
+    Share {
+        /// Of the instance.
+        index: usize,
         /// Found.
         found: f32,
     },
@@ -173,11 +193,19 @@ impl CrowdData {
         [0, 1, 2].map(|row| Vec4::from_array(self.animation[at + row]))
     }
 
-    /// The same between an instance's two frames.
+    /// The same of an instance: between its two frames, and with those of the clip that it leaves.
     pub(crate) fn blended_joint(&self, drawn: &DrawnInstance, joint: u32) -> [Vec4; 3] {
-        let a = self.stored_joint(drawn.first_texel, joint, drawn.storage);
-        let b = self.stored_joint(drawn.second_texel, joint, drawn.storage);
-        [0, 1, 2].map(|row| a[row] + (b[row] - a[row]) * drawn.blend)
+        let between = |first: u32, second: u32, blend: f32| {
+            let (a, b) =
+                (self.stored_joint(first, joint, drawn.storage), self.stored_joint(second, joint, drawn.storage));
+            [0, 1, 2].map(|row| a[row] + (b[row] - a[row]) * blend)
+        };
+        let own = between(drawn.first_texel, drawn.second_texel, drawn.blend);
+        if drawn.leaving_share <= 0.0 {
+            return own;
+        }
+        let left = between(drawn.leaving_first_texel, drawn.leaving_second_texel, drawn.leaving_blend);
+        [0, 1, 2].map(|row| own[row] + (left[row] - own[row]) * drawn.leaving_share)
     }
 
     /// Checks that instances name characters that are there and clips of those characters, and that their numbers are
@@ -201,8 +229,16 @@ pub(crate) fn check_instances(characters: &[CharacterRecord], instances: &[Insta
         if !clips.contains(&instance.clip) {
             return Err(Error::Instance { index, what: "clip", found: instance.clip, allowed: clips.end });
         }
+        if !clips.contains(&instance.left_clip()) {
+            let found = instance.leaving_clip;
+            return Err(Error::Instance { index, what: "leaving clip", found, allowed: clips.end });
+        }
+        if !(0.0..=1.0).contains(&instance.leaving_share) {
+            return Err(Error::Share { index, found: instance.leaving_share });
+        }
         let [x, y, z] = instance.position.map(|axis| ("position", axis));
-        let numbers = [x, y, z, ("yaw", instance.yaw_rad), ("scale", instance.scale), ("phase", instance.phase_s)];
+        let [own, left] = [("phase", instance.phase_s), ("leaving phase", instance.leaving_phase_s)];
+        let numbers = [x, y, z, ("yaw", instance.yaw_rad), ("scale", instance.scale), own, left];
         if let Some((what, found)) = numbers.into_iter().find(|(_, number)| !number.is_finite()) {
             return Err(Error::NotFinite { index, what, found });
         }
@@ -247,12 +283,20 @@ mod tests {
         };
         let good = InstanceRecord { scale: 1.0, ..Default::default() };
         assert!(data.check_instances(&[good]).is_ok());
+        let fades = |leaving_clip, leaving_share| InstanceRecord { leaving_clip, leaving_share, ..good };
+        assert!(data.check_instances(&[fades(0, 1.0), fades(9, 0.0)]).is_ok());
+        assert!(data.check_instances(&[fades(1, 0.5)]).expect_err("one clip").to_string().contains("leaving clip 1"));
+        for share in [-0.1, 1.1] {
+            assert!(data.check_instances(&[fades(0, share)]).expect_err("no share").to_string().contains("0 to 1"));
+        }
         for odd in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             let table = [
                 ("position", InstanceRecord { position: [0.0, odd, 0.0], ..good }),
                 ("yaw", InstanceRecord { yaw_rad: odd, ..good }),
                 ("scale", InstanceRecord { scale: odd, ..good }),
                 ("phase", InstanceRecord { phase_s: odd, ..good }),
+                ("leaving phase", InstanceRecord { leaving_phase_s: odd, ..good }),
+                ("share", InstanceRecord { leaving_share: odd, ..good }),
             ];
             for (word, instance) in table {
                 let error = data.check_instances(&[good, instance]).expect_err("nothing infinite is drawn").to_string();

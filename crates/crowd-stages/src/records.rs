@@ -4,6 +4,7 @@
 mod buckets;
 pub mod dispatch;
 mod frame;
+mod motion;
 mod occlusion;
 mod reformation;
 mod selection;
@@ -12,6 +13,7 @@ mod vertices;
 
 pub use buckets::*;
 pub use frame::*;
+pub use motion::*;
 pub use occlusion::*;
 pub use reformation::*;
 pub use selection::*;

@@ -90,6 +90,11 @@ impl Backend {
         }
     }
 
+    /// Whether it takes what people play from the CPU's instances, not from the GPU's.
+    pub fn poses_on_cpu(&self, options: DrawOptions) -> bool {
+        matches!(self, Self::Cpu(_)) || options.technique == Technique::StaticFloor
+    }
+
     /// What has to be done before a frame and is no part of its time.
     pub fn bake(&mut self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> Result<()> {
         match self {

@@ -8,6 +8,9 @@ use std::path::PathBuf;
 /// `--dots` unless given.
 pub const DOTS_PX: f32 = 12.0;
 
+/// `--fade` unless given.
+pub const FADE_S: f32 = 0.3;
+
 /// `--walk` without a file.
 pub const AROUND: &str = "around";
 
@@ -50,6 +53,8 @@ Files, one entry a line, # begins a comment:
                  (names, or numbers from 0 in the order of --characters or the pack), or
                  place LAYOUT count x z yaw_deg spacing_m seed
   waypoints      first line `# crowd waypoints v1`, then `route WIDTH` and its points x z [wait_s]
+  motion graph   first line `# crowd motion graph v1`, then `state NAME CLIP seconds|turns LEAST MOST` and
+                 `way FROM TO fade_s [in-step] [weight W]`; each state must lead to all others
   camera path    first line `# crowd camera path v1`, then time_s, eye x y z, target x y z, fov_deg, or
                  line seconds eye x y z target x y z fov_deg, or
                  orbit seconds target x y z distance elevation_deg from_deg to_deg fov_deg, or
@@ -58,7 +63,7 @@ Files, one entry a line, # begins a comment:
                  columns id, time or frame, x, y between blanks, commas, semicolons or tabs (Vadere, others)
 
 Exit codes:
-  0 done   1 pack, layout, trajectories or camera path refused   2 usage   3 output not written
+  0 done   1 pack, layout, trajectories, motion graph or camera path refused   2 usage   3 output not written
   5 this machine lacks what was asked for: a GPU (--backend gpu, --adapter), a display (without --headless)
 
 Data goes to standard output (--report -, --out -, --list-adapters), everything else to standard error.";
@@ -100,6 +105,17 @@ pub struct Args {
     /// Frames a second of trajectories that do not say theirs
     #[arg(long, value_name = "HZ", value_parser = rate, requires = "trajectories", help_heading = "Crowd")]
     pub trajectory_rate: Option<f32>,
+
+    /// What people on their places do from second to second: off (each plays one clip), auto (they stand, walk, run and do what
+    /// else their clips have, each for a while, and fade from one into the next, walking and running in step), or a motion
+    /// graph file that says which clip for how long, what may follow it and how long they fade
+    #[arg(long, default_value = "off", value_name = "off|auto|FILE", value_hint = ValueHint::FilePath, help_heading = "Crowd")]
+    pub motion_graph: PathBuf,
+
+    /// Seconds in which people who walk (--walk, --flock, --trajectories) fade from one gait into the next, standing, walking or
+    /// running: both clips share in the pose, walking and running in step; 0: they change at once
+    #[arg(long, default_value_t = FADE_S, value_name = "S", value_parser = fade, help_heading = "Crowd")]
+    pub fade: f32,
 
     /// Where people may walk, a polygon or several with holes as well-known text (WKT, metres): drawn as ground and as walls
     /// 2.4 m high around it and its holes, which hide who is behind them. Moves nobody
@@ -387,6 +403,10 @@ fn positive(text: &str) -> Result<f32, String> {
 
 fn dots_px(text: &str) -> Result<f32, String> {
     within(text, 0.0, 64.0)
+}
+
+fn fade(text: &str) -> Result<f32, String> {
+    within(text, 0.0, crowd_scene::Gait::SHORTEST_S)
 }
 
 fn not_negative(text: &str) -> Result<f32, String> {

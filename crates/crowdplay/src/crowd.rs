@@ -3,6 +3,7 @@
 use crate::moving::{Feed, Moving, mover};
 use crate::plan::{ClipPlan, CrowdPlan, HeightPlan, LayoutPlan};
 use crate::scenery::Scenery;
+use crate::schedules::{Actor, Schedules};
 use crate::view::read_text;
 use crate::{Error, Result, stats};
 use crowd_pack::{ManifestCharacter, Pack};
@@ -28,6 +29,8 @@ pub struct Crowd {
     pub remarks: Vec<String>,
     /// A crowd that moves: `instances` are everyone it ever has until [`Crowd::advance`] says who is there.
     pub moving: Option<Moving>,
+    /// A crowd on its places that changes clips: see [`Crowd::play`].
+    pub schedules: Option<Schedules>,
     /// What stands still around the crowd.
     pub scenery: Scenery,
     /// By the moving crowd's characters: the pack's character and the factor it is shown with.
@@ -42,18 +45,31 @@ impl Crowd {
         self.instances.extend(moving.people_at(time_s).map(|one| record(&self.data, &self.shown, &one)));
         true
     }
+
+    /// Sets what everyone of a crowd on its places plays by now, for whoever draws or poses it on the CPU; the GPU looks it up
+    /// itself.
+    pub fn play(&mut self, time_s: f32) {
+        if let Some(schedules) = &self.schedules {
+            schedules.play(&self.data, time_s, &mut self.instances);
+        }
+    }
 }
 
 /// An instance of the scene as the stages have it.
 fn record(data: &CrowdData, shown: &[(u32, f32)], one: &Instance) -> InstanceRecord {
     let (character, factor) = shown[one.character as usize];
+    let first_clip = data.characters[character as usize].clip_offset;
     InstanceRecord {
         position: one.position.to_array(),
         yaw_rad: one.yaw_rad,
         scale: one.scale * factor,
         character,
-        clip: data.characters[character as usize].clip_offset + one.clip,
+        clip: first_clip + one.clip,
         phase_s: one.phase_s,
+        leaving_clip: first_clip + one.leaving.clip,
+        leaving_phase_s: one.leaving.phase_s,
+        leaving_share: one.leaving.share,
+        reserved: 0,
     }
 }
 
@@ -123,12 +139,19 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
             let feed = Feed::open(feed, plan.count, plan.seed, &mut remarks)?;
             let movers = (0..characters.len())
                 .map(|k| mover(&data, characters[k], &names_of(characters[k]), &clips[k], factors[k]));
-            let feed = Moving::new(feed, movers.collect(), plan.seed);
+            let feed = Moving::new(feed, movers.collect(), plan.seed, plan.fade_s);
             (moving.insert(feed).everyone(), 0.0)
         }
     };
     let shown: Vec<(u32, f32)> = characters.iter().copied().zip(factors).collect();
     let instances: Vec<InstanceRecord> = placed.iter().map(|one| record(&data, &shown, one)).collect();
+    let actors: Vec<Actor<'_>> = (0..characters.len())
+        .map(|k| {
+            let (character, name) = (characters[k], manifest[characters[k] as usize].name.as_str());
+            Actor { character, name, clip_names: names_of(character), clips: &clips[k] }
+        })
+        .collect();
+    let schedules = Schedules::open(&plan.motion, &data, &actors, &instances, plan.seed, &mut remarks)?;
     let mut bounds = bounds(&data, &instances);
     let framed = match &moving {
         Some(moving) => {
@@ -143,7 +166,7 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
         Some(path) => read_walkable(path)?,
         None => moving.as_ref().map_or(Ok(Scenery::default()), Moving::scenery)?,
     };
-    Ok(Crowd { data, instances, summary, bounds, framed, remarks, moving, scenery, shown })
+    Ok(Crowd { data, instances, summary, bounds, framed, remarks, moving, schedules, scenery, shown })
 }
 
 fn read_layout(path: &Path, kinds: &[Kind], clips: &[Vec<u32>]) -> Result<Vec<Instance>> {

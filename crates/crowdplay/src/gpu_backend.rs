@@ -4,6 +4,7 @@ use crate::crowd::Crowd;
 use crate::gpu_device::Gpu;
 use crate::picture::Picture;
 use crate::scenery::Scenery;
+use crate::schedules::Schedules;
 use crate::{Error, Result};
 use crowd_stages::gpu::{CrowdRenderer, RendererOptions, SkinningChoice, buffer_or_error, texture_or_error};
 use crowd_stages::{CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique};
@@ -23,6 +24,7 @@ impl GpuBackend {
         let options = renderer_options(&gpu.device, crowd, format, samples, largest_budget);
         let mut renderer = CrowdRenderer::new(&gpu.device, &gpu.queue, &crowd.data, options)?;
         renderer.set_instances(&gpu.queue, &crowd.instances)?;
+        renderer.set_motion(&gpu.device, &gpu.queue, crowd.schedules.as_ref().map(Schedules::plan))?;
         let Scenery { vertices, triangles } = &crowd.scenery;
         renderer.set_scenery(&gpu.device, &gpu.queue, vertices, triangles)?;
         let canvas = Canvas::new(&gpu.device, size, format)?;

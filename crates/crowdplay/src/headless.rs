@@ -48,6 +48,9 @@ pub fn render(
         if crowd.advance(time_s) {
             backend.set_instances(&crowd.instances)?;
         }
+        if backend.poses_on_cpu(detail.draw) {
+            crowd.play(time_s);
+        }
         backend.bake(crowd, &config, detail.draw)?;
         let start = Instant::now();
         let totals = backend.draw(crowd, &config, detail.draw)?;

@@ -3,8 +3,9 @@
 use crate::crowd::UNUSUAL_CLIPS;
 use crate::plan::FeedPlan;
 use crate::scenery::Scenery;
+use crate::step_match::turns_ahead;
 use crate::{Error, Result};
-use crowd_scene::{Cast, Flock, FlockRules, GaitClip, Instance, Mover, Trajectories, Walker, Waypoints};
+use crowd_scene::{Cast, Flock, FlockRules, Gait, GaitClip, Instance, Mover, Trajectories, Walker, Waypoints};
 use crowd_stages::CrowdData;
 use glam::Vec3;
 use std::path::Path;
@@ -128,9 +129,9 @@ pub struct Moving {
 }
 
 impl Moving {
-    /// `movers`: one for each character that the scene uses.
-    pub fn new(feed: Feed, movers: Vec<Mover>, seed: u32) -> Self {
-        Self { feed, cast: Cast { movers, seed }, walkers: Vec::new() }
+    /// `movers`: one for each character that the scene uses; `fade_s`: seconds from one gait to the next.
+    pub fn new(feed: Feed, movers: Vec<Mover>, seed: u32, fade_s: f32) -> Self {
+        Self { feed, cast: Cast { movers, seed, fade_s }, walkers: Vec::new() }
     }
 
     /// Everyone there ever is, at least once each; characters as indices of movers.
@@ -168,14 +169,27 @@ impl Moving {
 /// that may play; `factor`: the size the character is shown at.
 pub fn mover(data: &CrowdData, character: u32, names: &[&str], allowed: &[u32], factor: f32) -> Mover {
     let clips = gait_clips(names, allowed).map(|clip| gait_clip(data, character, clip));
-    Mover { clips, scale: factor }
+    let first_clip = data.characters[character as usize].clip_offset;
+    let [_, walk, run] = clips.map(|clip| first_clip + clip.clip);
+    Mover { clips, scale: factor, run_ahead_turns: turns_ahead(data, character, walk, run) }
+}
+
+const IDLE: &[&str] = &["idle", "stand", "breath", "survey", "wait", "graze", "look"];
+const WALK: &[&str] = &["walk"];
+const RUN: &[&str] = &["run", "jog", "sprint", "gallop", "trot"];
+
+/// What people do in a clip of that name; `None`: anything else, also walking backwards.
+pub fn gait_of(name: &str) -> Option<Gait> {
+    let name = name.to_lowercase();
+    if UNUSUAL_CLIPS.iter().any(|word| name.contains(word)) {
+        return None;
+    }
+    let gaits = [(Gait::Run, RUN), (Gait::Walk, WALK), (Gait::Idle, IDLE)];
+    gaits.into_iter().find(|(_, words)| words.iter().any(|word| name.contains(word))).map(|(gait, _)| gait)
 }
 
 /// Of the clips allowed those for standing, walking, running; where one is missing, the nearest other.
 fn gait_clips(names: &[&str], allowed: &[u32]) -> [u32; 3] {
-    const IDLE: &[&str] = &["idle", "stand", "breath", "survey", "wait", "graze", "look"];
-    const WALK: &[&str] = &["walk"];
-    const RUN: &[&str] = &["run", "jog", "sprint", "gallop", "trot"];
     let lower = |clip: u32| names.get(clip as usize).map(|name| name.to_lowercase()).unwrap_or_default();
     let pick = |words: &[&str]| {
         let said = |clip: u32| words.iter().position(|word| lower(clip).contains(word));
@@ -220,5 +234,7 @@ mod tests {
         assert_eq!(gait_clips(&["walk", "run", "graze"], &[0, 1, 2]), [2, 0, 1]);
         assert_eq!(gait_clips(&["a", "b"], &[1]), [1, 1, 1]);
         assert_eq!(gait_clips(&[], &[0]), [0, 0, 0]);
+        let gaits = ["Idle_Look", "Walking_A", "Running_Strafe_Left", "Cheer", "Gallop"].map(gait_of);
+        assert_eq!(gaits, [Some(Gait::Idle), Some(Gait::Walk), None, None, Some(Gait::Run)]);
     }
 }

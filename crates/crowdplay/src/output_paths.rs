@@ -1,7 +1,7 @@
 //! No output may fall on an input or on another output, however the two are spelled.
 
 use crate::picture::is_device;
-use crate::plan::{CameraPlan, FeedPlan, HeadlessPlan, LayoutPlan, Plan, Show};
+use crate::plan::{CameraPlan, FeedPlan, HeadlessPlan, LayoutPlan, MotionPlanWord, Plan, Show};
 use crate::{Error, Result};
 use std::path::{Component, Path, PathBuf};
 
@@ -45,6 +45,9 @@ fn inputs(plan: &Plan) -> Vec<(&'static str, &Path)> {
     }
     if let Some(path) = &plan.crowd.walkable {
         taken.push(("--walkable", path));
+    }
+    if let MotionPlanWord::File(path) = &plan.crowd.motion {
+        taken.push(("--motion-graph", path));
     }
     if let CameraPlan::Path { path } = &plan.camera {
         taken.push(("--camera-path", path));

@@ -29,6 +29,8 @@ pub struct Knobs {
     pub max_px: Option<f32>,
     /// Height below which somebody may be dots, pixels.
     pub dots_px: f32,
+    /// People on their places go by their motion graph; `None`: there is none.
+    pub motion: Option<bool>,
     /// Time stands still.
     pub paused: bool,
     /// Seconds of the crowd a second of the clock.
@@ -204,6 +206,11 @@ fn graph(ui: &mut Ui, frame_ms: &VecDeque<f32>) {
 }
 
 fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
+    if let Some(motion) = &mut knobs.motion {
+        ui.checkbox(motion, "people change what they do").on_hover_text(
+            "They go by the motion graph (--motion-graph) and fade from clip to clip; else everyone keeps one",
+        );
+    }
     ui.checkbox(&mut knobs.draw.frozen, "freeze culling and levels (F)")
         .on_hover_text("Who is drawn and at which levels stays; go around and look at it");
     let largest = knobs.largest_budget.max(1_001);

@@ -55,6 +55,10 @@ pub struct CrowdPlan {
     pub height: HeightPlan,
     /// Of the hash that deals out characters, clips and phases.
     pub seed: u32,
+    /// What people on their places do from second to second.
+    pub motion: MotionPlanWord,
+    /// Seconds in which people who walk fade from one gait into the next.
+    pub fade_s: f32,
     /// Largest texture side, pixels.
     pub texture_side: u32,
 }
@@ -101,6 +105,17 @@ pub enum ClipPlan {
     All,
     /// Those whose name is, or else contains, one of these.
     Named(Vec<String>),
+}
+
+/// What people on their places do from second to second.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum MotionPlanWord {
+    /// Each plays one clip.
+    Off,
+    /// They go by a graph made from the clips that may play.
+    Usual,
+    /// By a graph from a file.
+    File(PathBuf),
 }
 
 /// How high characters are shown.
@@ -342,6 +357,8 @@ pub fn plan(args: &Args) -> Result<Plan> {
             clips: clips(&args.clips),
             height: height(&args.height)?,
             seed: args.seed,
+            motion: motion(args)?,
+            fade_s: args.fade,
             texture_side: args.texture_side,
         },
         detail: DetailPlan {
@@ -437,6 +454,23 @@ fn layout(args: &Args) -> Result<LayoutPlan> {
             });
         }
     })
+}
+
+/// People who walk change clips by their speed, and nobody tells them otherwise.
+fn motion(args: &Args) -> Result<MotionPlanWord> {
+    let word = args.motion_graph.as_os_str().to_str().unwrap_or_default();
+    let feeds = [("--trajectories", args.trajectories.is_some()), ("--walk", args.walk.is_some())];
+    let feed = feeds.into_iter().chain([("--flock", args.flock.is_some())]).find(|(_, is_given)| *is_given);
+    match (word, feed) {
+        ("off", _) => Ok(MotionPlanWord::Off),
+        (_, Some((option, _))) => Err(Error::Parameter {
+            option: "--motion-graph",
+            found: format!("{} with {option}", args.motion_graph.display()),
+            allowed: "off, since people who walk change clips by their speed".to_owned(),
+        }),
+        ("auto", _) => Ok(MotionPlanWord::Usual),
+        _ => Ok(MotionPlanWord::File(args.motion_graph.clone())),
+    }
 }
 
 fn clips(words: &[String]) -> ClipPlan {
@@ -553,6 +587,8 @@ mod tests {
             &["--skinning", "compute", "--technique", "reform"],
             &["--skinning", "palettes", "--backend", "cpu"],
             &["--shadows", "4", "--backend", "cpu"],
+            &["--motion-graph", "auto", "--walk"],
+            &["--motion-graph", "dance.txt", "--flock", "100"],
             &["--eye", "1,2,3", "--target", "1,2,3"],
             &["--orbit", "0,90,10"],
             &["--layout", "circle"],

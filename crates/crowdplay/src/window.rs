@@ -12,12 +12,13 @@ use crate::headless::{report, write_recording};
 use crate::overlay::{self, Knobs, Readings};
 use crate::picture::{Picture, write_file};
 use crate::plan::{DetailPlan, MachinePlan, Plan};
+use crate::schedules::Schedules;
 use crate::stats::{Frame, Report, Timings};
 use crate::surface::Screen;
 use crate::view::{self, Viewer, frame_config};
 use crate::{Error, Result, Talk};
 use crowd_stages::gpu::CrowdRenderer;
-use crowd_stages::{FrameConfig, FrameTotals};
+use crowd_stages::{FrameConfig, FrameTotals, Technique};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -144,6 +145,8 @@ struct Running {
     samples: u32,
     lod_depths_m: Option<[f32; 2]>,
     knobs: Knobs,
+    /// Of the knobs, as the painter has it.
+    motion: Option<bool>,
     /// With the budget that it gave last.
     governor: Option<(Governor, u32)>,
     readings: Readings,
@@ -202,6 +205,7 @@ impl Running {
             largest_budget = largest_budget.min(options.max_vertices);
             let mut renderer = CrowdRenderer::new(&gpu.device, &gpu.queue, &crowd.data, options)?;
             renderer.set_instances(&gpu.queue, &crowd.instances)?;
+            renderer.set_motion(&gpu.device, &gpu.queue, crowd.schedules.as_ref().map(Schedules::plan))?;
             renderer.set_scenery(&gpu.device, &gpu.queue, &crowd.scenery.vertices, &crowd.scenery.triangles)?;
             renderer.prepare(&gpu.device, &gpu.queue, detail.draw.technique)?;
             Painter::Gpu(Box::new(renderer))
@@ -222,6 +226,7 @@ impl Running {
             draw: detail.draw,
             max_px: detail.max_px,
             dots_px: detail.dots_px,
+            motion: crowd.schedules.as_ref().map(|_| true),
             paused: false,
             time_scale: 1.0,
             visible: true,
@@ -233,6 +238,7 @@ impl Running {
             painter,
             samples,
             lod_depths_m: plan.detail.lod_depths_m,
+            motion: knobs.motion,
             knobs,
             governor: None,
             readings,
@@ -346,6 +352,7 @@ impl Running {
         {
             renderer.set_instances(&self.gpu.queue, &crowd.instances)?;
         }
+        self.play_motion(crowd)?;
         let detail = self.detail();
         let camera = self.control.camera();
         if self.records {
@@ -363,6 +370,25 @@ impl Running {
         if let Some(frames) = &mut self.frames {
             let Readings { totals, time_s, stages_ms, .. } = &self.readings;
             frames.push(Frame::new(self.frame_count - 1, *time_s, budget, *totals, dt_s * 1e3, stages_ms));
+        }
+        Ok(())
+    }
+
+    /// What people on their places do by now: the GPU looks it up itself, unless it is told that everyone keeps their clip.
+    fn play_motion(&mut self, crowd: &mut Crowd) -> Result<()> {
+        let poses_here =
+            matches!(self.painter, Painter::Cpu(..)) || self.knobs.draw.technique == Technique::StaticFloor;
+        if self.knobs.motion == Some(true) && poses_here {
+            crowd.play(self.readings.time_s);
+        }
+        if std::mem::replace(&mut self.motion, self.knobs.motion) == self.knobs.motion {
+            return Ok(());
+        }
+        crowd.instances.iter_mut().for_each(|instance| instance.leaving_share = 0.0);
+        if let Painter::Gpu(renderer) = &mut self.painter {
+            let plan = crowd.schedules.as_ref().filter(|_| self.knobs.motion == Some(true)).map(Schedules::plan);
+            renderer.set_motion(&self.gpu.device, &self.gpu.queue, plan)?;
+            renderer.set_instances(&self.gpu.queue, &crowd.instances)?;
         }
         Ok(())
     }

@@ -150,6 +150,9 @@ impl Trajectories {
             speed_m_s: mix(before.speed_m_s, next.speed_m_s),
             gait: before.gait,
             walked_m: mix(before.walked_m, next.walked_m),
+            ran_m: mix(before.ran_m, next.ran_m),
+            gait_before: before.gait_before,
+            changed_s: time_s - before.gait_since_s,
         }
     }
 }

@@ -44,7 +44,11 @@ pub(super) struct Sample {
     pub(super) yaw_rad: f32,
     pub(super) speed_m_s: f32,
     pub(super) walked_m: f32,
+    pub(super) ran_m: f32,
     pub(super) gait: Gait,
+    pub(super) gait_before: Gait,
+    /// When the gait began; before all time where it is the first.
+    pub(super) gait_since_s: f32,
 }
 
 /// What [`follow`] makes.
@@ -159,12 +163,32 @@ fn push_stay(stay: &[Row], id: u32, begin_s: f64, origin: [f64; 2], samples: &mu
             yaw_rad: 0.0,
             speed_m_s: speed as f32,
             walked_m: walked_m as f32,
+            ran_m: 0.0,
             gait,
+            gait_before: gait,
+            gait_since_s: f32::NEG_INFINITY,
         });
     }
     let samples = &mut samples[first..];
     face_ahead(stay, &velocities, id, samples);
     drop_short_gaits(samples);
+    tell_changes(samples);
+}
+
+/// When gaits began and which came before them, and the metres run.
+fn tell_changes(samples: &mut [Sample]) {
+    let mut ran_m = 0.0_f64;
+    for i in 1..samples.len() {
+        let last = samples[i - 1];
+        if last.gait == Gait::Run {
+            ran_m += f64::from(samples[i].walked_m - last.walked_m);
+        }
+        let changed = samples[i].gait != last.gait;
+        let now = &mut samples[i];
+        now.ran_m = ran_m as f32;
+        (now.gait_before, now.gait_since_s) =
+            if changed { (last.gait, now.time_s) } else { (last.gait_before, last.gait_since_s) };
+    }
 }
 
 /// Displacement over the window around each row, by its time; the neighbours at least.

@@ -2,11 +2,11 @@
 
 use crate::{Buckets, CrowdData, DrawnInstance};
 
-/// Three rows a joint of each drawn instance, blended between its two frames; [`Buckets::palette_rows`] of room for each, zeros
-/// where a character has fewer joints.
+/// Three rows a joint of each drawn instance, blended between its two frames, and with those of the clip that it leaves;
+/// [`Buckets::palette_rows`] of room for each, zeros where a character has fewer joints.
 ///
-/// Paper: Dong 2019 §5.1 reads the nearest frame's matrices for each vertex. Departs: two frames, blended once a joint.
-/// Twin: `shaders/stages/blend_palettes.wgsl`. Within rounding of one product and one sum.
+/// Paper: Dong 2019 §5.1 reads the nearest frame's matrices for each vertex. Departs: two frames of one or two clips, blended once a
+/// joint. Twin: `shaders/stages/blend_palettes.wgsl`. Within rounding of a product and a sum for each.
 pub fn blend_palettes(data: &CrowdData, buckets: &Buckets, drawn: &[DrawnInstance]) -> Vec<[f32; 4]> {
     let mut palettes = vec![[0.0; 4]; drawn.len() * buckets.palette_rows as usize];
     for (one, palette) in drawn.iter().zip(palettes.chunks_exact_mut(buckets.palette_rows as usize)) {

@@ -29,8 +29,13 @@ pub const PLANE_BOUND_M: f32 = 1e-5;
 pub const FLOAT_BOUND: f32 = 1e-5;
 
 /// The instance's bounding sphere in the world: centre and radius, metres.
+///
+/// Of someone who fades it lies between the spheres of both clips, as every vertex does: a point of one sphere and a point of the
+/// other, mixed by a share, are no farther from the mixed centres than the mixed radii.
 pub fn world_sphere(data: &CrowdData, instance: &InstanceRecord) -> (Vec3, f32) {
-    let sphere = Vec4::from_array(data.clips[instance.clip as usize].sphere);
+    let of = |clip: u32| Vec4::from_array(data.clips[clip as usize].sphere);
+    let own = of(instance.clip);
+    let sphere = own + (of(instance.left_clip()) - own) * instance.leaving_share;
     (super::world_from_local(instance, sphere.truncate()), sphere.w * instance.scale)
 }
 

@@ -45,6 +45,8 @@ pub(super) fn drawn_instance(
     let character = &data.characters[instance.character as usize];
     let clip = &data.clips[instance.clip as usize];
     let pair = frame_pair(clip, instance.phase_s, time_s);
+    let leaving = &data.clips[instance.left_clip() as usize];
+    let left = frame_pair(leaving, instance.leaving_phase_s, time_s);
     let frame_texels = character.joint_count * 3;
     DrawnInstance {
         position: instance.position,
@@ -57,6 +59,10 @@ pub(super) fn drawn_instance(
         first_texel: clip.texel_offset + pair.first * frame_texels,
         second_texel: clip.texel_offset + pair.second * frame_texels,
         row_count: frame_texels,
+        leaving_first_texel: leaving.texel_offset + left.first * frame_texels,
+        leaving_second_texel: leaving.texel_offset + left.second * frame_texels,
+        leaving_blend: left.blend,
+        leaving_share: instance.leaving_share,
         ..Default::default()
     }
 }

@@ -36,7 +36,8 @@ pub struct FramePair {
 /// Poses one instance at the level chosen, at `time_s`.
 ///
 /// Matrices are interpolated entry by entry between the two frames around the instance's time; positions and normals are
-/// transformed by the weighted sum of up to four joint matrices (linear blend skinning).
+/// transformed by the weighted sum of up to four joint matrices (linear blend skinning). Of someone who fades, the matrices of both
+/// clips are mixed in the same way, by the share of the clip that is left.
 ///
 /// Paper: Peng 2011 Eq. 2 (§5.3), Dong 2019 Eq. 2. Departs: inverse bind matrices are multiplied in beforehand, and frames are
 /// interpolated; the papers show the nearest one. Twin: `shaders/shared/skin.wgsl`.
@@ -109,7 +110,7 @@ pub fn frame_pair(clip: &ClipRecord, phase_s: f32, time_s: f32) -> FramePair {
     FramePair { first, second: (first + 1).min(last), blend: frame - first as f32 }
 }
 
-/// Three rows a joint, blended between the instance's two frames.
+/// Three rows a joint, blended between the instance's two frames, and with those of the clip that it leaves.
 fn blend_palette(data: &CrowdData, instance: &InstanceRecord, time_s: f32) -> Vec<Vec4> {
     let drawn = drawn_instance(data, instance, MorphRecord::default(), time_s);
     (0..drawn.row_count / 3).flat_map(|joint| data.blended_joint(&drawn, joint)).collect()

@@ -3,6 +3,7 @@
 use super::draw_crowd::{DrawCrowd, Part};
 use super::draw_scenery::DrawScenery;
 use super::occlusion::Occlusion;
+use super::play_motion::{Motion, MotionPlan, check_motion};
 use super::read_back::{self, Meters, ReadBack, RunCounter, StageClock};
 use super::selection::Selection;
 use super::shadows::{Light, STAMPS_A_CASCADE, Shadows};
@@ -22,7 +23,8 @@ use std::time::{Duration, Instant};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
-pub const STAGES: [&str; 22] = [
+pub const STAGES: [&str; 23] = [
+    "play_motion",
     "cull_instances",
     "sum_weights",
     "fill_budget",
@@ -85,6 +87,8 @@ pub struct CrowdRenderer {
     occlusion: Option<Occlusion>,
     /// The same.
     shadows: Option<Shadows>,
+    /// Schedules of the instances, where they go by any.
+    motion: Option<Motion>,
     /// Without shadows.
     unshaded: Light,
     bounds: CrowdBounds,
@@ -132,6 +136,7 @@ impl CrowdRenderer {
             selection: Selection::new(device, &crowd, &frame),
             unshaded: Light::new(device, draw.light_layout(), 1, 1)?,
             shadows: None,
+            motion: None,
             bounds: CrowdBounds::default(),
             draw,
             scenery: None,
@@ -240,6 +245,35 @@ impl CrowdRenderer {
         Ok(())
     }
 
+    /// Lets instances go by schedules: from now on the stage `play_motion` writes, at the time of each frame, which clip they play,
+    /// which they leave and where they are in both. `None`: they stay at what their records say by then; set those anew.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] for more motions than `max_instances` or where they do not fit the device; [`Error::Motion`] for a schedule or
+    /// a stretch that is not there, a clip that no character has, a number that is not finite, a loop or a stretch out of order.
+    pub fn set_motion(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        plan: Option<MotionPlan<'_>>,
+    ) -> Result<()> {
+        let taken = self.motion.take();
+        self.buffer_bytes -= taken.map_or(0, |motion| motion.bytes);
+        let Some(plan) = plan else { return Ok(()) };
+        let allowed = self.options.max_instances;
+        if plan.motions.len() as u64 > u64::from(allowed) {
+            let (what, remedy) = ("motions", "make the renderer with a larger max_instances");
+            return Err(Error::Limit { what, needed: plan.motions.len() as u64, allowed: allowed.into(), remedy });
+        }
+        let clip_count = self.characters.iter().map(|c| c.clip_offset + c.clip_count).max().unwrap_or(0);
+        check_motion(&plan, clip_count)?;
+        let mut up = Uploader { device, queue, bytes: 0 };
+        let motion = Motion::new(&mut up, &self.crowd, &self.frame, allowed, plan)?;
+        self.buffer_bytes += motion.bytes;
+        self.motion = Some(motion);
+        Ok(())
+    }
+
     /// Bakes the frame that [`Technique::StaticFloor`] will draw: selects levels on the GPU as [`Technique::Bucketed`] does,
     /// waits for them, places everyone on the CPU and uploads the mesh. Takes long; it is no part of the technique's time.
     ///
@@ -328,6 +362,9 @@ impl CrowdRenderer {
         };
         let Meters { clock, runs } = &self.meters;
         let mut recorder = StageRecorder::new(encoder, clock.as_ref().map(|clock| clock.queries.clone()));
+        if let Some(motion) = &self.motion {
+            recorder.stage("play_motion", |pass| motion.record(pass, config.instance_count));
+        }
         let holds_frame = &mut self.holds_frame[options.technique.number()];
         if options.frozen && *holds_frame {
             painter.record_frozen(&mut recorder, &context);

@@ -7,8 +7,8 @@ use wgpu::{VertexAttribute, VertexBufferLayout, VertexStepMode};
 
 const MESH: [VertexAttribute; 3] = wgpu::vertex_attr_array![0 => Uint32x4, 1 => Uint32x4, 2 => Uint32x4];
 const ORIGINS: [VertexAttribute; 3] = wgpu::vertex_attr_array![3 => Uint32x4, 4 => Uint32x4, 5 => Uint32x4];
-const OWNERS: [VertexAttribute; 4] =
-    wgpu::vertex_attr_array![6 => Float32x4, 7 => Float32x4, 8 => Uint32x4, 9 => Uint32x4];
+const OWNERS: [VertexAttribute; 5] =
+    wgpu::vertex_attr_array![6 => Float32x4, 7 => Float32x4, 8 => Uint32x4, 9 => Uint32x4, 10 => Uint32x4];
 
 /// The vertices of all characters.
 pub(crate) const MESH_LAYOUT: VertexBufferLayout<'static> = VertexBufferLayout {

@@ -3,7 +3,10 @@
 use crate::dispatch;
 use bytemuck::{Pod, Zeroable};
 
-/// One individual, 32 bytes.
+/// One individual, 48 bytes.
+///
+/// It plays one clip, or fades from one to another: matrices of both are blended by `leaving_share`. Bytes of zeros after
+/// `phase_s` are someone who does not fade.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct InstanceRecord {
@@ -19,6 +22,21 @@ pub struct InstanceRecord {
     pub clip: u32,
     /// Start time within the clip, seconds.
     pub phase_s: f32,
+    /// The clip it leaves (global), of the same character; means nothing while `leaving_share` is 0.
+    pub leaving_clip: u32,
+    /// Start time within that clip, seconds.
+    pub leaving_phase_s: f32,
+    /// Share of the clip it leaves, 0 to 1; 0: it plays one clip alone.
+    pub leaving_share: f32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+impl InstanceRecord {
+    /// The clip it leaves, or the one it plays where it leaves none.
+    pub fn left_clip(&self) -> u32 {
+        if self.leaving_share > 0.0 { self.leaving_clip } else { self.clip }
+    }
 }
 
 /// Result of `cull_instances`, 16 bytes.

@@ -23,7 +23,7 @@ pub struct OriginRecord {
     pub weights: [u32; 2],
 }
 
-/// What its vertices need to know of a drawn instance, 64 bytes.
+/// What its vertices need to know of a drawn instance, 80 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct DrawnInstance {
@@ -53,6 +53,14 @@ pub struct DrawnInstance {
     pub row_count: u32,
     /// How its character's joints are stored.
     pub storage: u32,
+    /// First texel of the earlier frame's matrices in the clip it leaves; of its own where it leaves none.
+    pub leaving_first_texel: u32,
+    /// The same of the later frame.
+    pub leaving_second_texel: u32,
+    /// Share of the later of these two.
+    pub leaving_blend: f32,
+    /// Share of the clip it leaves; 0 where it leaves none.
+    pub leaving_share: f32,
 }
 
 /// A skinned vertex in its character's own space, 24 bytes.

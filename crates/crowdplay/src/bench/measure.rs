@@ -15,10 +15,11 @@ use crate::stats::{Frame, Spread, overflow_words, skinning_words};
 use crate::view::{Viewer, frame_config};
 use crate::{Error, Result, Talk};
 use crowd_stages::{FrameTotals, InstanceRecord, Skinning, Technique, overflow};
+use std::borrow::Cow;
 use std::time::Instant;
 
 /// The stages that are not level of detail: deforming and drawing, which Peng 2011 (§6) counts as rendering.
-const RENDERING: [&str; 4] = ["draw", "shadows", "blend_palettes", "skin_vertices"];
+const RENDERING: [&str; 5] = ["draw", "shadows", "play_motion", "blend_palettes", "skin_vertices"];
 
 /// Triangles at full detail up to which pictures are compared: three minutes on software Vulkan.
 const MOST_PICTURED: u64 = 1_000_000_000;
@@ -109,12 +110,16 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
         if crowd.advance(time_s) {
             backend.set_instances(&crowd.instances)?;
         }
+        crowd.play(time_s);
         // Whoever comes first finds other caches and clocks than whoever comes last.
         let first = round as usize % contenders.len();
         for turn in 0..asked.words.ab.len() {
             let index = (first + turn) % contenders.len();
             let contender = &mut contenders[index];
             let options = contender.variant.options(plan.detail.draw);
+            if asked.words.ab.iter().any(|variant| variant.fades) {
+                backend.set_instances(&shown(&crowd, contender.variant))?;
+            }
             backend.bake(&crowd, &config, options)?;
             let start = Instant::now();
             let totals = backend.draw(&config, options)?;
@@ -159,12 +164,21 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
         talk.say(&format!("no difference to full detail: that has more than {MOST_PICTURED} triangles"));
     } else {
         let empty = picture(&[], Technique::PseudoInstancing.into())?;
-        let full_detail = picture(&crowd.instances, Technique::PseudoInstancing.into())?;
+        let of_fades = asked.words.ab.iter().any(|variant| variant.fades);
+        let mut at_full_detail = |fades| {
+            let variant = Variant { fades, ..Technique::PseudoInstancing.into() };
+            picture(&shown(&crowd, variant), variant)
+        };
+        let full_detail = at_full_detail(false)?;
+        let full_detail_fading = if of_fades { Some(at_full_detail(true)?) } else { None };
         for (row, contender) in rows.iter_mut().zip(&contenders) {
             // The baseline is what the others are compared with; it is slow enough to draw once.
             row.image_rmse = Some(match contender.variant.technique {
                 Technique::PseudoInstancing => 0.0,
-                _ => difference(&picture(&crowd.instances, contender.variant)?, &full_detail, &empty),
+                _ => {
+                    let like = full_detail_fading.as_ref().filter(|_| contender.variant.fades).unwrap_or(&full_detail);
+                    difference(&picture(&shown(&crowd, contender.variant), contender.variant)?, like, &empty)
+                }
             });
         }
     }
@@ -187,6 +201,24 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
     let base = rows[0].frame_ms.median;
     rows.iter_mut().for_each(|row| row.frame_ratio = row.frame_ms.median / base);
     Ok(rows)
+}
+
+/// The crowd as a variant shows it: where everyone fades, halfway from the clip after their own.
+fn shown(crowd: &Crowd, variant: Variant) -> Cow<'_, [InstanceRecord]> {
+    if !variant.fades {
+        return Cow::Borrowed(&crowd.instances);
+    }
+    let fading = |one: &InstanceRecord| {
+        let record = &crowd.data.characters[one.character as usize];
+        let next = (one.clip - record.clip_offset + 1) % record.clip_count.max(1);
+        InstanceRecord {
+            leaving_clip: record.clip_offset + next,
+            leaving_phase_s: one.phase_s,
+            leaving_share: 0.5,
+            ..*one
+        }
+    };
+    Cow::Owned(crowd.instances.iter().map(fading).collect())
 }
 
 fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {

@@ -164,6 +164,7 @@ pub fn measure_pops(
     if crowd.advance(first.time_s) {
         backend.set_instances(&crowd.instances)?;
     }
+    crowd.play(first.time_s);
     backend.draw(&first, options)?;
     let mut before = levels.select(crowd, &first, options);
     for frame in 1..frames {
@@ -171,6 +172,7 @@ pub fn measure_pops(
         if crowd.advance(config.time_s) {
             backend.set_instances(&crowd.instances)?;
         }
+        crowd.play(config.time_s);
         // What was drawn last is the frame before.
         backend.draw(&config, DrawOptions { frozen: true, ..options })?;
         let with_its_levels = backend.picture()?;

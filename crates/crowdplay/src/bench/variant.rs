@@ -18,6 +18,8 @@ pub struct Variant {
     pub shadows: bool,
     /// Levels change at once.
     pub jumps: bool,
+    /// Everyone is halfway from one clip to another, in every frame.
+    pub fades: bool,
 }
 
 /// Shadow maps of a variant with shadows.
@@ -39,7 +41,7 @@ impl Variant {
 
 impl From<Technique> for Variant {
     fn from(technique: Technique) -> Self {
-        Self { technique, occlusion: false, jumps: false, skinning: None, shadows: false }
+        Self { technique, occlusion: false, jumps: false, skinning: None, shadows: false, fades: false }
     }
 }
 
@@ -49,7 +51,8 @@ impl fmt::Display for Variant {
         let jumps = if self.jumps { "+jumps" } else { "" };
         let skinning = self.skinning.map(|way| format!("+{}", way.name())).unwrap_or_default();
         let shadows = if self.shadows { "+shadows" } else { "" };
-        f.pad(&format!("{}{occlusion}{jumps}{skinning}{shadows}", self.technique))
+        let fades = if self.fades { "+fades" } else { "" };
+        f.pad(&format!("{}{occlusion}{jumps}{skinning}{shadows}{fades}", self.technique))
     }
 }
 
@@ -67,10 +70,11 @@ impl FromStr for Variant {
                 None if is_bucketed && part == "occlusion" => variant.occlusion = true,
                 None if is_bucketed && part == "jumps" => variant.jumps = true,
                 None if part == "shadows" => variant.shadows = true,
+                None if part == "fades" => variant.fades = true,
                 _ => {
                     let ways = Skinning::WAYS.map(Skinning::name).join(", ");
                     return Err(format!(
-                        "found {text:?}, allowed after bucketed+: occlusion, jumps, shadows and one of {ways}; after others +shadows"
+                        "found {text:?}, allowed after bucketed+: occlusion, jumps, shadows, fades and one of {ways}; after others +shadows and +fades"
                     ));
                 }
             }
@@ -88,6 +92,10 @@ pub fn variants() -> impl TypedValueParser<Value = Variant> {
         bucketed("bucketed+shadows", "The same with four shadow maps of the sun"),
         bucketed("bucketed+occlusion+shadows", "Both"),
         bucketed("bucketed+jumps", "The same with levels that change at once"),
+        bucketed("bucketed+fades", "The same with everyone halfway from one clip to another"),
+        bucketed("bucketed+vertex+fades", "The same, skinned by the vertex shader"),
+        bucketed("bucketed+palettes+fades", "The same, skinned from palettes"),
+        bucketed("bucketed+compute+fades", "The same, skinned by a compute stage"),
         bucketed("bucketed+vertex", "Skinned by the vertex shader from two frames"),
         bucketed("bucketed+palettes", "Skinned by the vertex shader from palettes blended beforehand"),
         bucketed("bucketed+compute", "Skinned by a compute stage"),
@@ -109,6 +117,8 @@ mod tests {
             "bucketed+compute",
             "bucketed+occlusion+vertex+shadows",
             "bucketed+jumps",
+            "bucketed+palettes+fades",
+            "reform+fades",
         ] {
             assert_eq!(name.parse::<Variant>().unwrap().to_string(), name);
         }

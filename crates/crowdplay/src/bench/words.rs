@@ -143,6 +143,10 @@ fn decide(args: &Args, words: BenchWords, typed: String) -> Result<Asked> {
             return Err(refused("--ab", format!("{technique} twice"), "each technique once"));
         }
     }
+    if args.motion_graph.as_os_str() != "off" && words.ab.iter().any(|variant| variant.fades) {
+        let found = format!("+fades with --motion-graph {}", args.motion_graph.display());
+        return Err(refused("--ab", found, "+fades where everyone else plays one clip"));
+    }
     for condition in &words.assert {
         if let Some(missing) = condition.variants().find(|variant| !words.ab.contains(variant)) {
             return Err(refused("--assert", format!("{missing} in {condition:?}"), "techniques of --ab"));
