@@ -215,6 +215,7 @@ struct FrameTotals {
     threshold_px: f32,
     occluded_count: u32,
     outside_count: u32,
+    refused_count: u32,
 }
 
 struct FillState {
@@ -379,6 +380,83 @@ struct SortPass {
     bits: u32,
     is_first: u32,
     reserved: u32,
+}
+
+struct FlockConfig {
+    boid_count: u32,
+    columns: u32,
+    rows: u32,
+    most_followed: u32,
+    low: vec2f,
+    speed_m_s: vec2f,
+    separation: f32,
+    alignment: f32,
+    cohesion: f32,
+    apart_m: f32,
+    sight_m: f32,
+    radius_m: f32,
+    rim: f32,
+    bodies_m: f32,
+    most_push_m: f32,
+    most_m_s2: f32,
+    turn_hz: f32,
+    step_s: f32,
+    stands_below_m_s: vec2f,
+    runs_from_m_s: vec2f,
+    time_s: f32,
+    least_clip_speed_m_s: f32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+struct BoidRecord {
+    place: vec2f,
+    velocity: vec2f,
+    yaw_rad: f32,
+    walked_m: f32,
+    pace_m_s: f32,
+    gait: u32,
+}
+
+struct SortedBoid {
+    place: vec2f,
+    velocity: vec2f,
+}
+
+struct BoidTraits {
+    mover: u32,
+    scale: f32,
+    start: f32,
+    reserved: u32,
+}
+
+struct GaitClipRecord {
+    displacement_m: vec3f,
+    duration_s: f32,
+    ground_speed_m_s: f32,
+    clip: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+struct MoverRecord {
+    clips: array<GaitClipRecord, 3>,
+    character: u32,
+    scale: f32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+struct FeedConfig {
+    most: u32,
+    character_count: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+struct FeedState {
+    count: u32,
+    refused_count: u32,
 }
 
 struct DrawConfig {

@@ -21,7 +21,7 @@ fn cull_by_depth(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocat
     let character = characters[instance.character];
     let center = world_from_local(instance, (character.box_min + character.box_max) * 0.5);
     let reach = discrete.half_diagonal_m * instance.scale;
-    var visible = true;
+    var visible = instance.scale != 0.0;
     for (var p = 0u; p < 6u; p++) {
         let plane = config.planes[p];
         visible = visible && dot(plane.xyz, center) + plane.w >= -reach;

@@ -19,7 +19,8 @@ fn cull_instances(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
     let center = sphere.xyz;
     let radius = sphere.w;
 
-    var visible = true;
+    // Of no size: nobody.
+    var visible = instance.scale != 0.0;
     for (var p = 0u; p < 6u; p++) {
         let plane = config.planes[p];
         visible = visible && dot(plane.xyz, center) + plane.w >= -radius;

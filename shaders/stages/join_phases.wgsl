@@ -39,5 +39,6 @@ fn join() {
         first_totals.threshold_px,
         occluded_count,
         config.instance_count - visible_count - occluded_count,
+        0u,
     );
 }

@@ -47,7 +47,7 @@ fn select_casters(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
     let radius = sphere.w;
     let cascade = shadow.cascades[which.cascade];
     let at = cascade.clip_from_world * vec4f(center, 1.0);
-    let meets = max(abs(at.x), abs(at.y)) <= 1.0 + radius / cascade.half_m;
+    let meets = instance.scale != 0.0 && max(abs(at.x), abs(at.y)) <= 1.0 + radius / cascade.half_m;
     if !meets || is_in_finer(center, radius) || !shadow_may_show(center, radius) {
         casters[i] = LodChoice(0u, 0u);
         return;

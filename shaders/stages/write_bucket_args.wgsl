@@ -123,6 +123,7 @@ fn write_args(@builtin(local_invocation_index) lane: u32) {
             threshold_px(config.weight, sums.water_bits),
             0u,
             config.instance_count - all.x,
+            0u,
         );
     }
 }

@@ -55,5 +55,6 @@ fn write_draw_args() {
         threshold_px(config.weight, sums.water_bits),
         0u,
         config.instance_count - sums.visible_count,
+        0u,
     );
 }

@@ -113,6 +113,27 @@ fn a_flock_and_a_walk_move_and_are_repeatable() {
     }
 }
 
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1")]
+#[test]
+fn a_flock_on_the_gpu_shows_what_one_on_the_cpu_shows() {
+    let scene = Scene::new();
+    let words = |time, simulator| {
+        ["--flock", "60", "--time", time, "--size", "192x108", "--backend", "gpu", "--simulate", simulator]
+    };
+    let report = scene.report(&words("2", "gpu"));
+    assert_eq!((&report["simulator"], &report["crowd"]["instances"]), (&"gpu".into(), &60.into()));
+    assert!(report["frames"][0]["simulate_ms"].as_f64().is_some_and(|ms| ms > 0.0));
+    assert_eq!(scene.report(&words("2", "cpu"))["simulator"], "cpu");
+    let (gpu, cpu) = (scene.picture(&words("2", "gpu")), scene.picture(&words("2", "cpu")));
+    let far = |a: &image::Rgb<u8>, b: &image::Rgb<u8>| a.0.iter().zip(b.0).any(|(&x, y)| x.abs_diff(y) > 6);
+    let differ =
+        |a: &image::RgbImage, b: &image::RgbImage| a.pixels().zip(b.pixels()).filter(|(a, b)| far(a, b)).count();
+    assert!(differ(&gpu, &cpu) < 30, "{} pixels differ", differ(&gpu, &cpu));
+    assert!(gpu == scene.picture(&words("2", "gpu")), "the same every time");
+    let later = scene.picture(&words("3", "gpu"));
+    assert!(differ(&gpu, &later) > 100, "a second later everyone is elsewhere: {}", differ(&gpu, &later));
+}
+
 #[test]
 fn waypoints_and_layouts_are_refused_by_line() {
     let scene = Scene::new();

@@ -1,17 +1,23 @@
 //! Twins: each stage alone on the GPU against the plain function that follows the paper, and the whole chain.
 
+mod admit_instances;
 mod blend_palettes;
 mod build_pyramid;
 mod cases;
+mod cell_boids;
 mod cull_by_depth;
 mod cull_instances;
+mod feeds;
 mod fill_budget;
+mod fill_cells;
 mod fit_budget;
+mod flocks;
 mod gather_drawn;
 mod join_phases;
 mod key_instances;
 mod occlusion;
 mod orphans;
+mod place_boids;
 mod place_buckets;
 mod place_vertices;
 mod play_motion;
@@ -23,6 +29,7 @@ mod select_lod;
 mod shadows;
 mod skin_vertices;
 mod sort_instances;
+mod steer_boids;
 mod sum_weights;
 mod techniques;
 mod test_occlusion;

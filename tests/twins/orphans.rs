@@ -25,6 +25,8 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "bucket_draws",
         "draw_crowd",
         "draw_scenery",
+        "feed",
+        "flock",
         "kernel",
         "occlusion",
         "open_device",
@@ -38,7 +40,8 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "upload",
         "vertex_inputs",
     ];
-    let not_stages_tests = ["main", "cases", "occlusion", "orphans", "shadows", "techniques", "whole_chain"];
+    let not_stages_tests =
+        ["main", "cases", "feeds", "flocks", "occlusion", "orphans", "shadows", "techniques", "whole_chain"];
     assert_eq!(names("shaders/stages", ".wgsl", &[]), stages);
     assert_eq!(names("crates/crowd-stages/src/cpu", ".rs", &not_stages_cpu), stages);
     assert_eq!(names("crates/crowd-stages/src/gpu", ".rs", &not_stages_gpu), stages);

@@ -14,24 +14,16 @@ use crate::walker::{Gait, Walker, wrapped};
 
 /// After this time a flock begins anew, seconds: whoever asks for a time waits for its steps.
 pub const FLOCK_LOOP_S: f32 = 600.0;
-/// Seconds of a step.
-const STEP_S: f32 = 1.0 / 30.0;
-/// Who is nearer is a neighbour, metres; also the side of a cell of the grid.
-const SIGHT_M: f32 = 3.0;
-/// Nobody follows more neighbours than this: the own cell's first, in order of number. Everyone keeps apart from all.
-const MOST_FOLLOWED: usize = 24;
-/// Two people's bodies: who is nearer is pushed away, metres.
-const BODIES_M: f32 = 0.55;
-/// By at most this in a step.
-const MOST_PUSH_M: f32 = 0.03;
+/// Seconds of a flock's step.
+pub const FLOCK_STEP_S: f32 = 1.0 / 30.0;
 /// Square metres a person.
 const ROOM_M2: f32 = 2.6;
-/// Accelerations at most, m/s²: people are no cars.
-const MOST_M_S2: f32 = 3.0;
-/// Facing follows the velocity by this share a second.
-const TURN_HZ: f32 = 5.0;
+/// The grid ends this far outside the place; who is farther out counts as in the outermost cells.
+const GRID_MARGIN_M: f32 = 6.0;
+/// Far fewer cells than people need would be slow, far more would be large: both sides end here.
+const MOST_CELLS: f32 = 4096.0;
 
-/// Weights of the flock's rules. Distances in metres, speeds in metres a second.
+/// Weights and measures of the flock's rules. Distances in metres, speeds in metres a second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlockRules {
     /// Keeps apart from those within `apart_m`.
@@ -44,11 +36,38 @@ pub struct FlockRules {
     pub apart_m: f32,
     /// Slowest and fastest; each person wants a pace between them.
     pub speed_m_s: [f32; 2],
+    /// Who is nearer is a neighbour; also the side of a cell of the grid.
+    pub sight_m: f32,
+    /// Nobody follows more neighbours than this: the own cell's first, in order of number. Everyone keeps apart from all.
+    pub most_followed: u32,
+    /// Two people's bodies: who is nearer is pushed away.
+    pub bodies_m: f32,
+    /// By at most this in a step.
+    pub most_push_m: f32,
+    /// Acceleration at most, m/s²: people are no cars.
+    pub most_m_s2: f32,
+    /// Facing follows the velocity by this share a second.
+    pub turn_hz: f32,
+    /// People turn back from this share of the place's radius on.
+    pub rim: f32,
 }
 
 impl Default for FlockRules {
     fn default() -> Self {
-        Self { separation: 3.0, alignment: 0.9, cohesion: 0.2, apart_m: 1.1, speed_m_s: [0.5, 2.6] }
+        Self {
+            separation: 3.0,
+            alignment: 0.9,
+            cohesion: 0.2,
+            apart_m: 1.1,
+            speed_m_s: [0.5, 2.6],
+            sight_m: 3.0,
+            most_followed: 24,
+            bodies_m: 0.55,
+            most_push_m: 0.03,
+            most_m_s2: 3.0,
+            turn_hz: 5.0,
+            rim: 0.92,
+        }
     }
 }
 
@@ -62,19 +81,38 @@ pub struct Flock {
     people: Vec<Boid>,
 }
 
+/// One of a flock at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Boid {
-    place: Vec2,
-    velocity: Vec2,
-    yaw_rad: f32,
-    walked_m: f32,
+pub struct Boid {
+    /// X and Z, metres.
+    pub place: Vec2,
+    /// The same a second.
+    pub velocity: Vec2,
+    /// Facing, radians: 0 looks along +Z.
+    pub yaw_rad: f32,
+    /// Metres walked since the start.
+    pub walked_m: f32,
     /// The speed this person likes.
-    pace_m_s: f32,
-    gait: Gait,
-    ran_m: f32,
-    gait_before: Gait,
-    /// Since the gait changed.
-    changed_s: f32,
+    pub pace_m_s: f32,
+    /// What the speed means.
+    pub gait: Gait,
+    /// Metres run, part of those walked.
+    pub ran_m: f32,
+    /// The gait before this one; means nothing while `changed_s` is infinite.
+    pub gait_before: Gait,
+    /// Seconds since the gait changed; infinite where it never did.
+    pub changed_s: f32,
+}
+
+/// Cells over a flock's place, squares of [`FlockRules::sight_m`]; the outermost ones reach to infinity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlockGrid {
+    /// Least corner, metres.
+    pub low: Vec2,
+    /// Cells along X.
+    pub columns: u32,
+    /// Cells along Z.
+    pub rows: u32,
 }
 
 impl Flock {
@@ -89,11 +127,33 @@ impl Flock {
         self.radius_m
     }
 
+    /// Its rules.
+    pub fn rules(&self) -> &FlockRules {
+        &self.rules
+    }
+
+    /// Everyone, in order of their numbers.
+    pub fn boids(&self) -> &[Boid] {
+        &self.people
+    }
+
+    /// The cells by which neighbours are found.
+    pub fn grid(&self) -> FlockGrid {
+        let reach = self.radius_m + GRID_MARGIN_M;
+        let side = (2.0 * reach / self.rules.sight_m).ceil().clamp(1.0, MOST_CELLS) as u32;
+        FlockGrid { low: Vec2::splat(-reach), columns: side, rows: side }
+    }
+
+    /// Steps from the start to a time; after [`FLOCK_LOOP_S`] the flock begins anew.
+    pub fn steps_at(time_s: f32) -> u32 {
+        let time_s = if time_s > 0.0 { time_s % FLOCK_LOOP_S } else { 0.0 };
+        (time_s / FLOCK_STEP_S) as u32
+    }
+
     /// Goes on to `time_s`, step by step; to an earlier time from the start again. After [`FLOCK_LOOP_S`] the flock begins
     /// anew. A step of 10,000 people takes some milliseconds of one core.
     pub fn advance_to(&mut self, time_s: f32) {
-        let time_s = if time_s > 0.0 { time_s % FLOCK_LOOP_S } else { 0.0 };
-        let wanted = (time_s / STEP_S) as u32;
+        let wanted = Self::steps_at(time_s);
         if wanted < self.steps {
             self.people = start(self.people.len() as u32, self.seed, self.radius_m, &self.rules);
             self.steps = 0;
@@ -120,7 +180,7 @@ impl Flock {
     }
 
     fn step(&mut self) {
-        let grid = Grid::new(&self.people);
+        let grid = Grid::new(&self.people, self.grid(), self.rules.sight_m);
         let next = |i: usize| self.moved(i, &grid);
         let people: Vec<Boid> = (0..self.people.len()).into_par_iter().map(next).collect();
         self.people = people;
@@ -131,17 +191,18 @@ impl Flock {
         let mut boid = self.people[i];
         let (pull, push) = self.steer(i, grid);
         let [slowest, fastest] = self.rules.speed_m_s;
-        let velocity = boid.velocity + pull.clamp_length_max(MOST_M_S2) * STEP_S;
+        let velocity = boid.velocity + pull.clamp_length_max(self.rules.most_m_s2) * FLOCK_STEP_S;
         // Back to the pace this person likes.
         let speed = velocity.length();
-        let speed = (speed + (boid.pace_m_s - speed) * 0.5 * STEP_S).clamp(slowest, fastest);
+        let speed = (speed + (boid.pace_m_s - speed) * 0.5 * FLOCK_STEP_S).clamp(slowest, fastest);
         boid.velocity = velocity.normalize_or(Vec2::Y) * speed;
-        boid.place += boid.velocity * STEP_S + push.clamp_length_max(MOST_PUSH_M);
-        boid.walked_m += speed * STEP_S;
-        boid.ran_m += if boid.gait == Gait::Run { speed * STEP_S } else { 0.0 };
+        boid.place += boid.velocity * FLOCK_STEP_S + push.clamp_length_max(self.rules.most_push_m);
+        boid.walked_m += speed * FLOCK_STEP_S;
+        boid.ran_m += if boid.gait == Gait::Run { speed * FLOCK_STEP_S } else { 0.0 };
         let goal = libm::atan2f(boid.velocity.x, boid.velocity.y);
-        boid.yaw_rad = wrapped(boid.yaw_rad + wrapped(goal - boid.yaw_rad) * (TURN_HZ * STEP_S).min(1.0));
-        boid.changed_s += STEP_S;
+        boid.yaw_rad =
+            wrapped(boid.yaw_rad + wrapped(goal - boid.yaw_rad) * (self.rules.turn_hz * FLOCK_STEP_S).min(1.0));
+        boid.changed_s += FLOCK_STEP_S;
         let gait = boid.gait.at_speed(speed);
         if gait != boid.gait && boid.changed_s >= Gait::SHORTEST_S {
             (boid.gait, boid.gait_before, boid.changed_s) = (gait, boid.gait, 0.0);
@@ -158,10 +219,10 @@ impl Flock {
             let other = &self.people[j as usize];
             let away = me.place - other.place;
             let distance = away.length();
-            if j as usize == i || distance > SIGHT_M {
+            if j as usize == i || distance > self.rules.sight_m {
                 return;
             }
-            if count < MOST_FOLLOWED {
+            if count < self.rules.most_followed {
                 count += 1;
                 velocities += other.velocity;
                 places += other.place;
@@ -171,7 +232,7 @@ impl Flock {
                 let sideways = if (j as usize) < i { Vec2::X } else { Vec2::NEG_X };
                 let away = away.normalize_or(sideways);
                 apart += away * (self.rules.apart_m / distance.max(0.05) - 1.0).min(8.0);
-                push += away * (0.5 * (BODIES_M - distance).max(0.0));
+                push += away * (0.5 * (self.rules.bodies_m - distance).max(0.0));
             }
         });
         let mut pull = self.rules.separation * apart;
@@ -180,7 +241,7 @@ impl Flock {
             pull += self.rules.alignment * (velocities * mean - me.velocity);
             pull += self.rules.cohesion * (places * mean - me.place);
         }
-        let beyond = me.place.length() - self.radius_m * 0.92;
+        let beyond = me.place.length() - self.radius_m * self.rules.rim;
         if beyond > 0.0 {
             // Inwards, and around rather than straight back.
             let inwards = -me.place.normalize_or(Vec2::Y);
@@ -218,9 +279,10 @@ fn start(count: u32, seed: u32, radius_m: f32, rules: &FlockRules) -> Vec<Boid> 
     (0..count).map(boid).collect()
 }
 
-/// People by cells of [`SIGHT_M`], in order of their numbers within a cell.
+/// People by cells, in order of their numbers within a cell.
 struct Grid {
     low: Vec2,
+    side_m: f32,
     columns: usize,
     rows: usize,
     /// First entry of each cell in `members`, and the end.
@@ -229,13 +291,10 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(people: &[Boid]) -> Self {
-        let places = people.iter().map(|boid| boid.place);
-        let (low, high) = places.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-        // Far fewer cells than people need would be slow, far more would be large: both end at 4096 a side.
-        let cells = |extent: f32| ((extent / SIGHT_M) as usize + 1).min(4096);
-        let (columns, rows) = if people.is_empty() { (1, 1) } else { (cells(high.x - low.x), cells(high.y - low.y)) };
-        let mut grid = Self { low, columns, rows, starts: vec![0; columns * rows + 1], members: vec![0; people.len()] };
+    fn new(people: &[Boid], cells: FlockGrid, side_m: f32) -> Self {
+        let (columns, rows) = (cells.columns as usize, cells.rows as usize);
+        let (starts, members) = (vec![0; columns * rows + 1], vec![0; people.len()]);
+        let mut grid = Self { low: cells.low, side_m, columns, rows, starts, members };
         for boid in people {
             let cell = grid.cell(boid.place);
             grid.starts[cell + 1] += 1;
@@ -253,7 +312,7 @@ impl Grid {
     }
 
     fn column_and_row(&self, place: Vec2) -> (usize, usize) {
-        let at = (place - self.low) / SIGHT_M;
+        let at = (place - self.low) / self.side_m;
         ((at.x.max(0.0) as usize).min(self.columns - 1), (at.y.max(0.0) as usize).min(self.rows - 1))
     }
 

@@ -24,13 +24,13 @@ pub use area::{Surface, WalkableArea};
 pub use camera::{frame_crowd, framing_crowd, overlook};
 pub use camera_path::{CameraKey, CameraPath};
 pub use error::{Error, Result};
-pub use flock::{FLOCK_LOOP_S, Flock, FlockRules};
+pub use flock::{Boid, FLOCK_LOOP_S, FLOCK_STEP_S, Flock, FlockGrid, FlockRules};
 pub use layout_file::{parse_layout, write_layout};
 pub use motion_graph::{MotionGraph, MotionState, MotionWay, Stay, UsualClip};
 pub use motion_schedule::{MotionStretch, Schedule, StateClip, deal_schedule};
 pub use place::place;
 pub use trajectory::Trajectories;
-pub use walker::{Cast, Gait, GaitClip, Mover, Walker};
+pub use walker::{Cast, Gait, GaitClip, LEAST_CLIP_SPEED_M_S, Mover, Walker, WalkerTraits};
 pub use waypoints::Waypoints;
 
 use glam::Vec3;

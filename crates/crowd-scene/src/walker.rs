@@ -8,7 +8,7 @@ use crate::dice::{Dice, Purpose};
 use crate::{Instance, Leaving};
 
 /// Below this ground speed a walk or run clip is taken to stay in place: its own speed is not known.
-const LEAST_CLIP_SPEED_M_S: f32 = 0.05;
+pub const LEAST_CLIP_SPEED_M_S: f32 = 0.05;
 
 /// How fast someone goes, in words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -26,14 +26,15 @@ pub enum Gait {
 impl Gait {
     /// Feeds change nobody's gait sooner than this after the last change, seconds: no third clip comes into a fade.
     pub const SHORTEST_S: f32 = 0.5;
+    /// Standing begins below the first, metres a second, and ends at the second.
+    pub const STANDS_BELOW_M_S: [f32; 2] = [0.15, 0.3];
+    /// Running ends below the first, metres a second, and begins at the second; people change over at about 2.
+    pub const RUNS_FROM_M_S: [f32; 2] = [1.9, 2.2];
 
     /// The gait at a speed, with hysteresis: `self` is kept until the speed is clearly another gait's.
-    ///
-    /// Standing ends at 0.3 m/s and begins below 0.15; running begins at 2.2 m/s (people change over at about 2) and ends
-    /// below 1.9.
     pub fn at_speed(self, speed_m_s: f32) -> Self {
-        let stands_below = if self == Self::Idle { 0.3 } else { 0.15 };
-        let runs_from = if self == Self::Run { 1.9 } else { 2.2 };
+        let stands_below = Self::STANDS_BELOW_M_S[usize::from(self == Self::Idle)];
+        let runs_from = Self::RUNS_FROM_M_S[usize::from(self != Self::Run)];
         match speed_m_s {
             s if s < stands_below => Self::Idle,
             s if s < runs_from => Self::Walk,
@@ -91,6 +92,17 @@ pub struct Mover {
     pub run_ahead_turns: f32,
 }
 
+/// What stays the same of a walker at all times.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WalkerTraits {
+    /// Index of the mover: the character.
+    pub mover: u32,
+    /// Size, around 1.
+    pub scale: f32,
+    /// Where in its clips it begins, 0 to below 1.
+    pub start: f32,
+}
+
 /// The characters among which walkers are dealt out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cast {
@@ -108,6 +120,16 @@ impl Cast {
         Dice { seed: self.seed, index: id }.below(Purpose::Character, self.movers.len() as u32)
     }
 
+    /// What stays the same of a walker.
+    pub fn traits_of(&self, id: u32) -> WalkerTraits {
+        let dice = Dice { seed: self.seed, index: id };
+        WalkerTraits {
+            mover: self.character_of(id),
+            scale: 1.0 + 0.06 * dice.around_zero(Purpose::Scale),
+            start: dice.unit(Purpose::Phase),
+        }
+    }
+
     /// The walker as an instance at `time_s`; its clip plays at `time_s + phase_s`, as everyone's does.
     ///
     /// Where the clips' ground speeds are known, they follow the metres walked, so that feet do not slide; otherwise they play at
@@ -115,15 +137,12 @@ impl Cast {
     /// the ground. For `fade_s` after a change the gait before shares in the pose. What clips themselves move the character by is
     /// taken out again.
     pub fn instance(&self, walker: &Walker, time_s: f32) -> Instance {
-        let dice = Dice { seed: self.seed, index: walker.id };
-        let character = self.character_of(walker.id);
+        let WalkerTraits { mover: character, scale, start } = self.traits_of(walker.id);
         let mover = &self.movers[character as usize];
-        let scale = 1.0 + 0.06 * dice.around_zero(Purpose::Scale);
         let size = mover.scale * scale;
-        let start_turns = dice.unit(Purpose::Phase);
         let of = |gait: Gait| {
             let clip = &mover.clips[gait as usize];
-            let turns = start_turns + mover.turns(gait, walker, size, time_s);
+            let turns = start + mover.turns(gait, walker, size, time_s);
             let phase_s = if clip.duration_s > 0.0 {
                 (turns * clip.duration_s - time_s).rem_euclid(clip.duration_s)
             } else {

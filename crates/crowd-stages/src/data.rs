@@ -64,6 +64,20 @@ pub enum Error {
     /// A frame of the static floor was asked for that nobody baked.
     #[error("static-floor: no frame is baked; call bake_floor before")]
     NoFloor,
+    /// A simulator's instances cannot be drawn from its buffers.
+    #[error("{what}: found {problem}")]
+    Feed {
+        /// Of what.
+        what: &'static str,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// A flock cannot be simulated.
+    #[error("flock: {problem}")]
+    Flock {
+        /// What does not fit.
+        problem: &'static str,
+    },
     /// No adapter, no device.
     #[error("no usable GPU: {0}")]
     NoAdapter(String),

@@ -48,6 +48,31 @@
 //! # }
 //! ```
 
+//!
+//! # Instances that a simulator writes
+//!
+//! A simulator on the GPU hands its own buffer over, and how many there are may also be known on the GPU alone
+//! ([`gpu::InstanceFeed`] has the layout):
+//!
+//! ```no_run
+//! use crowd_stages::gpu::{CrowdRenderer, InstanceFeed};
+//!
+//! # fn feed(device: &wgpu::Device, queue: &wgpu::Queue, crowd: &mut CrowdRenderer, written: &wgpu::Buffer, count: &wgpu::Buffer)
+//! # -> Result<(), Box<dyn std::error::Error>> {
+//! // Once: a compute shader of the engine's own writes `InstanceRecord`s to `written` and their number to `count` every frame.
+//! let feed = InstanceFeed {
+//!     instances: written,
+//!     count: Some(count),
+//!     most: 10_000,
+//!     bounds: Default::default(),
+//!     characters: &[],
+//! };
+//! crowd.borrow_instances(device, queue, &feed)?;
+//! // Each frame: the simulator's dispatches, then `crowd.encode(...)` as ever.
+//! # Ok(())
+//! # }
+//! ```
+
 mod buckets;
 mod cascades;
 pub mod cpu;

@@ -3,6 +3,7 @@
 
 mod buckets;
 pub mod dispatch;
+mod flock;
 mod frame;
 mod motion;
 mod occlusion;
@@ -12,6 +13,7 @@ mod shadows;
 mod vertices;
 
 pub use buckets::*;
+pub use flock::*;
 pub use frame::*;
 pub use motion::*;
 pub use occlusion::*;

@@ -6,12 +6,13 @@ use crate::crowd::Crowd;
 use crate::gpu_backend::GpuBackend;
 use crate::gpu_device::{self, Gpu};
 use crate::picture::Picture;
-use crate::plan::{DetailPlan, GPU_BUDGET, LARGEST_USUAL_BUDGET, MachinePlan, SOFTWARE_BUDGET};
+use crate::plan::{DetailPlan, GPU_BUDGET, LARGEST_USUAL_BUDGET, MachinePlan, SOFTWARE_BUDGET, Simulator};
 use crate::stats::Adapter;
-use crate::{Result, Talk};
+use crate::{Error, Result, Talk};
 use crowd_stages::dispatch::DOT_VERTICES;
 use crowd_stages::gpu::SkinningChoice;
-use crowd_stages::{DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique, Weight};
+use crowd_stages::{DrawOptions, FrameConfig, FrameTotals, Technique, Weight};
+use std::time::Instant;
 
 /// What draws the frames of a headless run.
 pub enum Backend {
@@ -78,15 +79,35 @@ impl Backend {
     pub fn new(gpu: Option<Gpu>, crowd: &Crowd, size: [u32; 2], samples: u32, budget: u32) -> Result<Self> {
         Ok(match gpu {
             Some(gpu) => Self::Gpu(Box::new(GpuBackend::new(gpu, crowd, size, samples, budget)?)),
+            None if crowd.simulator == Simulator::Gpu => {
+                return Err(Error::Machine {
+                    what: "--simulate gpu needs a GPU, and there is none".to_owned(),
+                    remedy: "use --simulate auto",
+                });
+            }
             None => Self::Cpu(Box::new(CpuBackend::new(crowd, size, samples)?)),
         })
     }
 
-    /// Other instances than before, at most as many as there were first. The CPU takes them from the crowd.
-    pub fn set_instances(&mut self, instances: &[InstanceRecord]) -> Result<()> {
+    /// Shows the crowd at a time; milliseconds that simulating and sending it took, where it moves.
+    pub fn show_time(&mut self, crowd: &mut Crowd, time_s: f32) -> Result<Option<f32>> {
+        let start = Instant::now();
+        let moves = crowd.moving.is_some();
         match self {
-            Self::Gpu(gpu) => gpu.set_instances(instances),
-            Self::Cpu(_) => Ok(()),
+            Self::Gpu(gpu) => gpu.show_time(crowd, time_s)?,
+            Self::Cpu(_) => {
+                crowd.advance(time_s);
+            }
+        }
+        Ok(moves.then(|| start.elapsed().as_secs_f32() * 1e3))
+    }
+
+    /// Who simulates the crowd's flock, `gpu` or `cpu`; `None` where it is none.
+    pub fn simulator(&self, crowd: &Crowd) -> Option<&'static str> {
+        crowd.moving.as_ref()?.flock()?;
+        match self {
+            Self::Gpu(gpu) if gpu.simulates() => Some("gpu"),
+            _ => Some("cpu"),
         }
     }
 

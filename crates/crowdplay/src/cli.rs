@@ -33,6 +33,9 @@ Examples:
   Only two characters, walking, in a street, with half the vertices:
     crowdplay cast.crowdpack --characters mara,oskar --clips walk --layout street --budget 500000
 
+  A hundred thousand that flock, simulated on the GPU:
+    crowdplay cast.crowdpack --flock 100000 --simulate gpu
+
   What JuPedSim simulated, 12 seconds after its start:
     crowdplay cast.crowdpack --trajectories crossing.sqlite --headless --time 12 --out crossing.png
 
@@ -96,6 +99,11 @@ pub struct Args {
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000),
           conflicts_with_all = ["count", "layout", "spacing", "trajectories", "walk"], help_heading = "Crowd")]
     pub flock: Option<u32>,
+
+    /// Who simulates the flock: the GPU, where nobody's place ever comes back to the CPU and its work does not grow with the flock;
+    /// the CPU, which sends everyone over each frame; or whichever is faster: the GPU unless it is software. The rules are the same
+    #[arg(long, value_enum, default_value_t = BackendWord::Auto, value_name = "WHO", help_heading = "Crowd")]
+    pub simulate: BackendWord,
 
     /// People that walk along the waypoints of a file, or without one around a rectangle; how many says --count
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = AROUND, value_hint = ValueHint::FilePath,

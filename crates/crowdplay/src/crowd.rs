@@ -1,7 +1,7 @@
 //! From a pack to the instances of a crowd: who, where, with which clip.
 
 use crate::moving::{Feed, Moving, mover};
-use crate::plan::{ClipPlan, CrowdPlan, HeightPlan, LayoutPlan};
+use crate::plan::{ClipPlan, CrowdPlan, HeightPlan, LayoutPlan, Simulator};
 use crate::scenery::Scenery;
 use crate::schedules::{Actor, Schedules};
 use crate::view::read_text;
@@ -33,8 +33,10 @@ pub struct Crowd {
     pub schedules: Option<Schedules>,
     /// What stands still around the crowd.
     pub scenery: Scenery,
+    /// Who simulates a flock.
+    pub simulator: Simulator,
     /// By the moving crowd's characters: the pack's character and the factor it is shown with.
-    shown: Vec<(u32, f32)>,
+    pub(crate) shown: Vec<(u32, f32)>,
 }
 
 impl Crowd {
@@ -166,7 +168,8 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
         Some(path) => read_walkable(path)?,
         None => moving.as_ref().map_or(Ok(Scenery::default()), Moving::scenery)?,
     };
-    Ok(Crowd { data, instances, summary, bounds, framed, remarks, moving, schedules, scenery, shown })
+    let simulator = plan.simulator;
+    Ok(Crowd { data, instances, summary, bounds, framed, remarks, moving, schedules, scenery, simulator, shown })
 }
 
 fn read_layout(path: &Path, kinds: &[Kind], clips: &[Vec<u32>]) -> Result<Vec<Instance>> {

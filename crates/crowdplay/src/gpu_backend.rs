@@ -5,6 +5,7 @@ use crate::gpu_device::Gpu;
 use crate::picture::Picture;
 use crate::scenery::Scenery;
 use crate::schedules::Schedules;
+use crate::simulation::Simulation;
 use crate::{Error, Result};
 use crowd_stages::gpu::{CrowdRenderer, RendererOptions, SkinningChoice, buffer_or_error, texture_or_error};
 use crowd_stages::{CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique};
@@ -13,6 +14,7 @@ use crowd_stages::{CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRec
 pub struct GpuBackend {
     gpu: Gpu,
     renderer: CrowdRenderer,
+    simulation: Option<Simulation>,
     canvas: Canvas,
 }
 
@@ -28,7 +30,8 @@ impl GpuBackend {
         let Scenery { vertices, triangles } = &crowd.scenery;
         renderer.set_scenery(&gpu.device, &gpu.queue, vertices, triangles)?;
         let canvas = Canvas::new(&gpu.device, size, format)?;
-        Ok(Self { gpu, renderer, canvas })
+        let simulation = Simulation::of(&gpu, &mut renderer, crowd)?;
+        Ok(Self { gpu, renderer, simulation, canvas })
     }
 
     /// Other instances than before, at most as many as the crowd had first.
@@ -36,15 +39,41 @@ impl GpuBackend {
         Ok(self.renderer.set_instances(&self.gpu.queue, instances)?)
     }
 
+    /// Shows the crowd at a time: simulated here, or from the CPU.
+    pub fn show_time(&mut self, crowd: &mut Crowd, time_s: f32) -> Result<()> {
+        match &mut self.simulation {
+            Some(simulation) => {
+                simulation.advance(&self.gpu, time_s);
+                wait(&self.gpu.device)
+            }
+            None if crowd.advance(time_s) => self.set_instances(&crowd.instances),
+            None => Ok(()),
+        }
+    }
+
+    /// Lets the CPU know where everyone is, and simulate from now on.
+    pub fn end_simulation(&mut self, crowd: &mut Crowd) -> Result<()> {
+        if let Some(simulation) = self.simulation.take() {
+            crowd.instances = simulation.instances(&self.gpu)?;
+            self.set_instances(&crowd.instances)?;
+        }
+        Ok(())
+    }
+
+    /// `gpu` where a flock is simulated here.
+    pub fn simulates(&self) -> bool {
+        self.simulation.is_some()
+    }
+
     /// Bakes what the technique wants baked before a frame; no part of its time.
     pub fn bake(&mut self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> Result<()> {
-        let Self { gpu, renderer, .. } = self;
-        bake_frame(gpu, renderer, crowd, config, options)
+        let Self { gpu, renderer, simulation, .. } = self;
+        bake_frame(gpu, renderer, simulation.as_ref(), crowd, config, options)
     }
 
     /// Draws a frame and waits until it is done.
     pub fn draw(&mut self, config: &FrameConfig, options: DrawOptions) -> Result<FrameTotals> {
-        let Self { gpu, renderer, canvas } = self;
+        let Self { gpu, renderer, canvas, .. } = self;
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let size = (canvas.size[0], canvas.size[1]);
         renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, options)?;
@@ -88,7 +117,7 @@ impl GpuBackend {
 
     /// Bytes of GPU memory.
     pub fn gpu_bytes(&self) -> u64 {
-        self.renderer.gpu_bytes()
+        self.renderer.gpu_bytes() + self.simulation.as_ref().map_or(0, Simulation::gpu_bytes)
     }
 
     /// The device it draws with.
@@ -101,12 +130,15 @@ impl GpuBackend {
 pub fn bake_frame(
     gpu: &Gpu,
     renderer: &mut CrowdRenderer,
+    simulation: Option<&Simulation>,
     crowd: &Crowd,
     config: &FrameConfig,
     options: DrawOptions,
 ) -> Result<()> {
     if options.technique == Technique::StaticFloor {
-        renderer.bake_floor(&gpu.device, &gpu.queue, &crowd.data, &crowd.instances, config, options)?;
+        let simulated = simulation.map(|simulation| simulation.instances(gpu)).transpose()?;
+        let instances = simulated.as_ref().unwrap_or(&crowd.instances);
+        renderer.bake_floor(&gpu.device, &gpu.queue, &crowd.data, instances, config, options)?;
     }
     Ok(())
 }

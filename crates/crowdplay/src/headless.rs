@@ -45,9 +45,7 @@ pub fn render(
             view::record(&mut recording, time_s, &camera);
         }
         let config = frame_config(&camera, plan.size, time_s, &detail, budget);
-        if crowd.advance(time_s) {
-            backend.set_instances(&crowd.instances)?;
-        }
+        let simulate_ms = backend.show_time(crowd, time_s)?;
         if backend.poses_on_cpu(detail.draw) {
             crowd.play(time_s);
         }
@@ -56,6 +54,7 @@ pub fn render(
         let totals = backend.draw(crowd, &config, detail.draw)?;
         let frame_ms = start.elapsed().as_secs_f32() * 1e3;
         let frame = Frame::new(number, time_s, budget, totals, frame_ms, &backend.timings_ms());
+        let frame = Frame { simulate_ms, ..frame };
         let messages = stats::overflow_messages(&totals, budget, detail.max_px);
         // The first frame compiles shaders.
         if let Some(governor) = governor.as_mut().filter(|_| number > 0) {
@@ -86,6 +85,7 @@ pub fn render(
     write_recording(plan, recording.as_ref())?;
     say_what_came_out(headless, crowd, &frames, &pictures, budget, talk);
     let mut report = report(plan, &detail, crowd, budget, backend.word(), backend.describe());
+    report.simulator = backend.simulator(crowd);
     report.samples = samples;
     report.dt_s = headless.dt_s;
     report.gpu_bytes = backend.gpu_bytes();
@@ -170,6 +170,7 @@ pub fn report(
         skinning: Skinning::Vertex.name(),
         skinning_ms: None,
         shadows: if backend == "gpu" { detail.draw.shadows } else { 0 },
+        simulator: None,
         budget,
         alpha: detail.alpha,
         weight: match detail.weight {

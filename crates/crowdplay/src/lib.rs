@@ -22,6 +22,7 @@ pub mod picture;
 pub mod plan;
 pub mod scenery;
 pub mod schedules;
+pub mod simulation;
 pub mod stats;
 mod step_match;
 pub mod surface;

@@ -139,6 +139,14 @@ impl Moving {
         self.feed.everyone().iter().map(|walker| self.cast.instance(walker, 0.0)).collect()
     }
 
+    /// The flock and its cast, if that is what moves.
+    pub fn flock(&self) -> Option<(&Flock, &Cast)> {
+        match &self.feed {
+            Feed::Flock(flock) => Some((flock, &self.cast)),
+            Feed::Trajectories(_) | Feed::Walk(..) => None,
+        }
+    }
+
     /// Corners of the ground that people ever stand on.
     pub fn extent(&self) -> (Vec3, Vec3) {
         self.feed.extent()

@@ -43,6 +43,8 @@ pub struct CrowdPlan {
     pub count: u32,
     /// Places.
     pub layout: LayoutPlan,
+    /// Who simulates a flock.
+    pub simulator: Simulator,
     /// A file with the walkable area, where the feed has none.
     pub walkable: Option<PathBuf>,
     /// Metres between neighbours; `None`: from the characters' size.
@@ -61,6 +63,28 @@ pub struct CrowdPlan {
     pub fade_s: f32,
     /// Largest texture side, pixels.
     pub texture_side: u32,
+}
+
+impl CrowdPlan {
+    /// The same with another number of instances, also where they are a flock.
+    pub fn with_count(&self, count: u32) -> Self {
+        let layout = match &self.layout {
+            LayoutPlan::Feed(FeedPlan::Flock { .. }) => LayoutPlan::Feed(FeedPlan::Flock { count }),
+            other => other.clone(),
+        };
+        Self { count, layout, ..self.clone() }
+    }
+}
+
+/// Who simulates a flock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Simulator {
+    /// The GPU if one draws and is no software, else the CPU.
+    Auto,
+    /// The GPU; nobody's place ever comes to the CPU.
+    Gpu,
+    /// The CPU, which sends everyone to the GPU each frame.
+    Cpu,
 }
 
 /// Places, by name or from a file.
@@ -339,6 +363,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
     }
     check_occlusion(args)?;
     check_skinning(args)?;
+    check_simulator(args)?;
     if args.shadows > 0 && args.backend == BackendWord::Cpu {
         return Err(Error::Parameter {
             option: "--shadows",
@@ -351,6 +376,11 @@ pub fn plan(args: &Args) -> Result<Plan> {
         crowd: CrowdPlan {
             count: args.count,
             layout: layout(args)?,
+            simulator: match args.simulate {
+                BackendWord::Auto => Simulator::Auto,
+                BackendWord::Gpu => Simulator::Gpu,
+                BackendWord::Cpu => Simulator::Cpu,
+            },
             walkable: args.walkable.clone(),
             spacing_m: args.spacing,
             characters: args.characters.clone(),
@@ -410,6 +440,21 @@ fn check_skinning(args: &Args) -> Result<()> {
         }
         _ if args.backend == BackendWord::Cpu => refused(format!("{word} with --backend cpu"), "with a GPU"),
         _ => Ok(()),
+    }
+}
+
+/// Only a flock is simulated here, and on the GPU only where that draws.
+fn check_simulator(args: &Args) -> Result<()> {
+    let refused = |found: String, allowed: &str| {
+        Err(Error::Parameter { option: "--simulate", found, allowed: allowed.to_owned() })
+    };
+    match args.simulate {
+        BackendWord::Auto => Ok(()),
+        _ if args.flock.is_none() => refused("without --flock".to_owned(), "with --flock"),
+        BackendWord::Gpu if args.backend == BackendWord::Cpu => {
+            refused("gpu with --backend cpu".to_owned(), "with a GPU")
+        }
+        BackendWord::Gpu | BackendWord::Cpu => Ok(()),
     }
 }
 
@@ -589,6 +634,9 @@ mod tests {
             &["--shadows", "4", "--backend", "cpu"],
             &["--motion-graph", "auto", "--walk"],
             &["--motion-graph", "dance.txt", "--flock", "100"],
+            &["--simulate", "gpu"],
+            &["--simulate", "cpu", "--walk"],
+            &["--flock", "9", "--simulate", "gpu", "--backend", "cpu"],
             &["--eye", "1,2,3", "--target", "1,2,3"],
             &["--orbit", "0,90,10"],
             &["--layout", "circle"],

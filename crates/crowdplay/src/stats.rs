@@ -41,6 +41,8 @@ pub struct Report {
     pub skinning_ms: Option<[f32; 3]>,
     /// Shadow maps of the sun; 0 without shadows.
     pub shadows: u32,
+    /// Who simulates the flock, `gpu` or `cpu`; `null` where the crowd is none.
+    pub simulator: Option<&'static str>,
     /// Vertices a frame: N.
     pub budget: u32,
     /// Exponent of the split.
@@ -125,6 +127,8 @@ pub struct Frame {
     pub outside: u32,
     /// Instances in the frustum that were left out because others or walls hide them (--occlusion on).
     pub occluded: u32,
+    /// Instances of a simulator that could not be drawn.
+    pub refused: u32,
     /// Vertices selected.
     pub vertices: u32,
     /// Vertices that Eq. 1 as printed comes to, for comparison; 0 where there is no budget.
@@ -145,6 +149,8 @@ pub struct Frame {
     pub needed_triangles: u32,
     /// From recording to finished, milliseconds.
     pub frame_ms: f32,
+    /// Before that: moving everyone on and, where the CPU does that, sending them over; `null` where nobody moves, and in a window.
+    pub simulate_ms: Option<f32>,
     /// GPU (or CPU) milliseconds by stage, where offered.
     pub stages_ms: BTreeMap<&'static str, f32>,
 }
@@ -166,6 +172,7 @@ impl Frame {
             visible: totals.visible_count,
             outside: totals.outside_count,
             occluded: totals.occluded_count,
+            refused: totals.refused_count,
             vertices: totals.vertex_count,
             eq1_vertices: totals.wanted_count,
             threshold_px: totals.threshold_px,
@@ -176,6 +183,7 @@ impl Frame {
             needed_vertices: totals.needed_vertices,
             needed_triangles: totals.needed_triangles,
             frame_ms,
+            simulate_ms: None,
             stages_ms: stages.iter().copied().collect(),
         }
     }
@@ -201,6 +209,12 @@ pub fn overflow_messages(totals: &FrameTotals, budget: u32, max_px: Option<f32>)
         messages.push(format!(
             "budget: the coarsest levels of the {} visible instances have {} vertices, the budget is {budget}; raise --budget",
             totals.visible_count, totals.min_vertex_count
+        ));
+    }
+    if totals.refused_count > 0 {
+        messages.push(format!(
+            "instances: {} of the simulator's are not drawn: past the end, of a character or clip that is not there, or not finite",
+            totals.refused_count
         ));
     }
     if let Some(max_px) = max_px.filter(|max_px| totals.threshold_px > *max_px) {

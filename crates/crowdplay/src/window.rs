@@ -13,6 +13,7 @@ use crate::overlay::{self, Knobs, Readings};
 use crate::picture::{Picture, write_file};
 use crate::plan::{DetailPlan, MachinePlan, Plan};
 use crate::schedules::Schedules;
+use crate::simulation::Simulation;
 use crate::stats::{Frame, Report, Timings};
 use crate::surface::Screen;
 use crate::view::{self, Viewer, frame_config};
@@ -142,6 +143,7 @@ struct Running {
     screen: Screen,
     gpu: Gpu,
     painter: Painter,
+    simulation: Option<Simulation>,
     samples: u32,
     lod_depths_m: Option<[f32; 2]>,
     knobs: Knobs,
@@ -197,6 +199,7 @@ impl Running {
         let mut largest_budget = budget.max(backend::largest_budget(crowd));
         let is_software = on_cpu || gpu.is_software();
         let samples = plan.machine.samples.unwrap_or(if is_software { 1 } else { 4 });
+        let mut simulation = None;
         let painter = if on_cpu {
             Painter::Cpu(Box::new(CpuBackend::new(crowd, screen.size(), samples)?), None)
         } else {
@@ -207,6 +210,7 @@ impl Running {
             renderer.set_instances(&gpu.queue, &crowd.instances)?;
             renderer.set_motion(&gpu.device, &gpu.queue, crowd.schedules.as_ref().map(Schedules::plan))?;
             renderer.set_scenery(&gpu.device, &gpu.queue, &crowd.scenery.vertices, &crowd.scenery.triangles)?;
+            simulation = Simulation::of(&gpu, &mut renderer, crowd)?;
             renderer.prepare(&gpu.device, &gpu.queue, detail.draw.technique)?;
             Painter::Gpu(Box::new(renderer))
         };
@@ -236,6 +240,7 @@ impl Running {
             screen,
             gpu,
             painter,
+            simulation,
             samples,
             lod_depths_m: plan.detail.lod_depths_m,
             motion: knobs.motion,
@@ -347,7 +352,9 @@ impl Running {
         if self.on_path {
             self.control.stand_at(viewer.at(self.readings.time_s));
         }
-        if crowd.advance(self.readings.time_s)
+        if let Some(simulation) = &mut self.simulation {
+            simulation.advance(&self.gpu, self.readings.time_s);
+        } else if crowd.advance(self.readings.time_s)
             && let Painter::Gpu(renderer) = &mut self.painter
         {
             renderer.set_instances(&self.gpu.queue, &crowd.instances)?;
@@ -424,7 +431,7 @@ impl Running {
     }
 
     fn draw(&mut self, crowd: &Crowd, config: &FrameConfig) -> Result<()> {
-        let Self { screen, gpu, painter, knobs, readings, control, .. } = self;
+        let Self { screen, gpu, painter, simulation, knobs, readings, control, .. } = self;
         if let Painter::Cpu(cpu, image) = painter {
             cpu.resize(screen.size());
             readings.totals = cpu.draw(crowd, config, knobs.draw);
@@ -442,7 +449,7 @@ impl Running {
         });
         let size = screen.size();
         if let Painter::Gpu(renderer) = painter {
-            bake_frame(gpu, renderer, crowd, config, knobs.draw)?;
+            bake_frame(gpu, renderer, simulation.as_ref(), crowd, config, knobs.draw)?;
         }
         let drawn = screen.present(gpu, output, |encoder, view| {
             if let Painter::Gpu(renderer) = painter {
@@ -475,7 +482,7 @@ impl Running {
     }
 
     fn take_picture(&mut self, crowd: &Crowd, config: &FrameConfig) -> Result<Picture> {
-        let Self { screen, gpu, painter, knobs, .. } = self;
+        let Self { screen, gpu, painter, simulation, knobs, .. } = self;
         match painter {
             Painter::Cpu(cpu, _) => {
                 cpu.resize(screen.size());
@@ -483,7 +490,7 @@ impl Running {
                 Ok(cpu.picture())
             }
             Painter::Gpu(renderer) => {
-                bake_frame(gpu, renderer, crowd, config, knobs.draw)?;
+                bake_frame(gpu, renderer, simulation.as_ref(), crowd, config, knobs.draw)?;
                 let canvas = Canvas::new(&gpu.device, screen.size(), screen.scene_format())?;
                 let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 let size = (canvas.size[0], canvas.size[1]);
@@ -504,6 +511,8 @@ impl Running {
             report.skinning = choice.way.name();
             report.skinning_ms = choice.measured_ms;
         }
+        let has_flock = crowd.moving.as_ref().is_some_and(|moving| moving.flock().is_some());
+        report.simulator = has_flock.then_some(if self.simulation.is_some() { "gpu" } else { "cpu" });
         report.size = self.screen.size();
         report.samples = self.samples;
         report.gpu_bytes = self.readings.gpu_bytes;

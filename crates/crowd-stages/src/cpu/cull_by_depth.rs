@@ -30,7 +30,7 @@ pub fn cull_by_depth(
             let plane = Vec4::from_array(*plane);
             plane.truncate().dot(center) + plane.w >= -reach
         };
-        if !config.planes.iter().all(is_inside) {
+        if instance.scale == 0.0 || !config.planes.iter().all(is_inside) {
             return buckets.nobody();
         }
         let depth_m = (clip_from_world * center.extend(1.0)).w;

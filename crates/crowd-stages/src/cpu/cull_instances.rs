@@ -9,7 +9,7 @@ use rayon::prelude::*;
 /// The sphere is that of the clip playing, scaled, turned and moved by the instance. An instance is visible when the
 /// sphere reaches the inner side of all six planes, so spheres outside a corner may pass: nothing visible is ever dropped.
 /// The projected area is `pi * (focal_px * radius / distance)²`, with the distance at least the radius. Returns one
-/// [`CullRecord`] per instance; weight and area are 0 when culled.
+/// [`CullRecord`] per instance; weight and area are 0 when culled. An instance of scale 0 is nobody, a place that is free.
 ///
 /// Paper: Peng 2011 §5.1 (bounding spheres against the frustum, `A^(1/alpha)`) and Dong 2019 §4.1 ([`Weight::AreaDistance`]).
 /// Departs: the papers use one sphere per character; ours follows the clip. The papers leave a camera inside a sphere open.
@@ -42,11 +42,12 @@ pub fn world_sphere(data: &CrowdData, instance: &InstanceRecord) -> (Vec3, f32) 
 fn cull(data: &CrowdData, instance: &InstanceRecord, config: &FrameConfig) -> CullRecord {
     let (center, radius) = world_sphere(data, instance);
     let distance_m = center.distance(Vec3::from_array(config.eye));
-    let visible = config.planes.iter().all(|plane| {
+    let is_inside = config.planes.iter().all(|plane| {
         let plane = Vec4::from_array(*plane);
         plane.truncate().dot(center) + plane.w >= -radius
     });
-    if !visible {
+    // Of no size: nobody.
+    if !is_inside || instance.scale == 0.0 {
         return CullRecord { visible: 0, weight: 0.0, area_px2: 0.0, distance_m };
     }
 

@@ -43,5 +43,6 @@ pub fn join_phases(
         threshold_px: first.threshold_px,
         occluded_count,
         outside_count: config.instance_count - visible_count - occluded_count,
+        refused_count: 0,
     }
 }

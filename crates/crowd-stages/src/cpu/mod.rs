@@ -2,15 +2,19 @@
 //!
 //! [`run_selection`] runs them in order up to the levels; [`run_frame`] goes on to the buffers of the draw.
 
+mod admit_instances;
 mod blend_palettes;
 mod build_pyramid;
+mod cell_boids;
 mod cull_by_depth;
 mod cull_instances;
 mod fill_budget;
+mod fill_cells;
 mod fit_budget;
 mod gather_drawn;
 mod join_phases;
 mod key_instances;
+mod place_boids;
 mod place_buckets;
 mod place_vertices;
 mod play_motion;
@@ -22,20 +26,25 @@ mod select_casters;
 mod select_lod;
 mod skin_vertices;
 mod sort_instances;
+mod steer_boids;
 mod sum_weights;
 mod test_occlusion;
 mod write_bucket_args;
 mod write_draw_args;
 
+pub use admit_instances::admit_instances;
 pub use blend_palettes::blend_palettes;
 pub use build_pyramid::build_pyramid;
+pub use cell_boids::cell_boids;
 pub use cull_by_depth::{box_center, cull_by_depth};
 pub use cull_instances::{FLOAT_BOUND, PLANE_BOUND_M, cull_instances, world_sphere};
 pub use fill_budget::{FILL_PASSES, fill_budget};
+pub use fill_cells::fill_cells;
 pub use fit_budget::fit_budget;
 pub use gather_drawn::{DRAWN_BOUND, gather_drawn};
 pub use join_phases::{begin_second, join_phases};
 pub use key_instances::{FRACTION_BOUND, key_full_detail, key_instances};
+pub use place_boids::place_boids;
 pub use place_buckets::place_buckets;
 pub use place_vertices::place_vertices;
 pub use play_motion::{SHARE_BOUND, TURNS_BOUND, play_motion};
@@ -47,6 +56,7 @@ pub use select_casters::select_casters;
 pub use select_lod::{QUOTIENT_BOUND, select_lod};
 pub use skin_vertices::{SKIN_BOUND, skin_vertices};
 pub use sort_instances::sort_instances;
+pub use steer_boids::{STEER_BOUND, steer_boids};
 pub use sum_weights::sum_weights;
 pub use test_occlusion::{EDGE_BOUNDS, ScreenBox, is_hidden, screen_box, test_occlusion};
 pub use write_bucket_args::write_bucket_args;

@@ -32,7 +32,7 @@ pub fn select_casters(
     let of = |(i, instance): (usize, &InstanceRecord)| {
         let (center, radius) = super::world_sphere(data, instance);
         let at = clip_from_world.transform_point3(center);
-        let meets = at.truncate().abs().max_element() <= 1.0 + radius / cascade.half_m;
+        let meets = instance.scale != 0.0 && at.truncate().abs().max_element() <= 1.0 + radius / cascade.half_m;
         if !meets
             || is_in_finer(shadow, step, center, radius)
             || !shadow_may_show(center, radius, shadow.floor_m, config)

@@ -45,6 +45,7 @@ pub fn write_draw_args(
         threshold_px: threshold_px(sums, config),
         occluded_count: 0,
         outside_count: choices.len() as u32 - sums.visible_count,
+        refused_count: 0,
     };
     (args, totals)
 }

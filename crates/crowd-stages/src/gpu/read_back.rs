@@ -206,7 +206,8 @@ impl ReadBack {
                 let (totals, rest) = bytes.split_at(TOTALS_BYTES as usize);
                 let (stamps, runs) = rest.split_at(meters.stamp_bytes() as usize);
                 let read: FrameTotals = bytemuck::pod_read_unaligned(totals);
-                self.arrived.totals = Some(slot.known_totals.unwrap_or(read));
+                let known = slot.known_totals.map(|known| FrameTotals { refused_count: read.refused_count, ..known });
+                self.arrived.totals = Some(known.unwrap_or(read));
                 let tick_ms = meters.clock.as_ref().map_or(0.0, |clock| f64::from(clock.nanoseconds_per_tick) * 1e-6);
                 self.arrived.timings_ms = spans(&slot.stages, stamps, tick_ms);
                 let counted = runs.chunks_exact(8).take(slot.draws as usize).map(bytemuck::pod_read_unaligned::<u64>);

@@ -2,6 +2,7 @@
 
 use super::draw_crowd::{DrawCrowd, Part};
 use super::draw_scenery::DrawScenery;
+use super::feed::{BoundFeed, InstanceFeed};
 use super::occlusion::Occlusion;
 use super::play_motion::{Motion, MotionPlan, check_motion};
 use super::read_back::{self, Meters, ReadBack, RunCounter, StageClock};
@@ -23,7 +24,8 @@ use std::time::{Duration, Instant};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
-pub const STAGES: [&str; 23] = [
+pub const STAGES: [&str; 28] = [
+    "admit_instances",
     "play_motion",
     "cull_instances",
     "sum_weights",
@@ -47,6 +49,10 @@ pub const STAGES: [&str; 23] = [
     "test_occlusion",
     "join_phases",
     "select_casters",
+    "cell_boids",
+    "fill_cells",
+    "steer_boids",
+    "place_boids",
 ];
 
 /// Stages and draws of a frame, those that run twice counted twice.
@@ -103,8 +109,12 @@ pub struct CrowdRenderer {
     skinning_bytes: u64,
     options: RendererOptions,
     characters: Vec<CharacterRecord>,
-    /// Character of each instance.
+    /// Character of each instance; none where a simulator has them and does not say.
     instance_characters: Vec<u32>,
+    /// Instances of a frame, of a simulator the most.
+    instance_count: u32,
+    /// A simulator's instances.
+    feed: Option<BoundFeed>,
     /// What drawing all instances at full detail comes to.
     full_detail_totals: FrameTotals,
     layer_side: u32,
@@ -150,6 +160,8 @@ impl CrowdRenderer {
             options,
             characters: data.characters.clone(),
             instance_characters: Vec::new(),
+            instance_count: 0,
+            feed: None,
             full_detail_totals: FrameTotals::default(),
             layer_side: data.layer_side.max(1),
             buffer_bytes: up.bytes,
@@ -225,24 +237,75 @@ impl CrowdRenderer {
             let reach = (glam::Vec3::new(x, y, z).length() + radius) * instance.scale.abs();
             self.bounds.add(instance.position.into(), reach);
         }
-        let new: Vec<u32> = instances.iter().map(|instance| instance.character).collect();
-        if new != self.instance_characters {
-            self.holds_frame = Default::default();
-            self.instance_characters = new;
+        self.return_instances(queue);
+        self.hold(instances.len() as u32, instances.iter().map(|instance| instance.character).collect());
+        Ok(())
+    }
+
+    /// Draws a simulator's instances from its own buffer until [`Self::set_instances`] is called: every frame takes what is in it
+    /// then, checks it on the GPU and refuses what could not be drawn ([`FrameTotals::refused_count`]). The CPU's work does not
+    /// grow with their number.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] for more than `max_instances` or a buffer that is too small for `most`, [`Error::Feed`] for one that is not
+    /// for storage, or a number of characters that is not `most`, [`Error::Instance`] for a character that is not there.
+    pub fn borrow_instances(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        feed: &InstanceFeed<'_>,
+    ) -> Result<()> {
+        let (most, allowed) = (feed.most, self.options.max_instances);
+        if most > allowed {
+            let remedy = "make the renderer with a larger max_instances";
+            return Err(Error::Limit { what: "instances", needed: most.into(), allowed: allowed.into(), remedy });
         }
-        let characters = || instances.iter().map(|instance| &self.characters[instance.character as usize]);
-        let sum = |count: fn(&CharacterRecord) -> u32| characters().fold(0u32, |sum, c| sum.saturating_add(count(c)));
+        if !feed.characters.is_empty() && feed.characters.len() != most as usize {
+            return Err(Error::Feed { what: "characters of instances", problem: "another number than `most`" });
+        }
+        let count = self.characters.len() as u32;
+        if let Some(index) = feed.characters.iter().position(|character| *character >= count) {
+            return Err(Error::Instance { index, what: "character", found: feed.characters[index], allowed: count });
+        }
+        let mut up = Uploader { device, queue, bytes: 0 };
+        let bound = BoundFeed::new(&mut up, feed, &self.crowd, &self.frame, count)?;
+        self.return_instances(queue);
+        self.buffer_bytes += bound.bytes;
+        self.feed = Some(bound);
+        self.bounds = feed.bounds;
+        self.hold(most, feed.characters.to_vec());
+        Ok(())
+    }
+
+    /// Forgets a simulator's instances.
+    fn return_instances(&mut self, queue: &wgpu::Queue) {
+        if let Some(feed) = self.feed.take() {
+            self.buffer_bytes -= feed.bytes;
+            self.holds_frame = Default::default();
+            queue.write_buffer(&self.frame.totals, 0, bytemuck::bytes_of(&FrameTotals::default()));
+        }
+    }
+
+    /// Takes note of who the instances are.
+    fn hold(&mut self, count: u32, characters: Vec<u32>) {
+        if count != self.instance_count || characters != self.instance_characters {
+            self.holds_frame = Default::default();
+        }
+        (self.instance_count, self.instance_characters) = (count, characters);
+        let sum = |count: fn(&CharacterRecord) -> u32| {
+            let all = self.instance_characters.iter().map(|character| &self.characters[*character as usize]);
+            all.fold(0u32, |sum, c| sum.saturating_add(count(c)))
+        };
         self.full_detail_totals = FrameTotals {
-            visible_count: instances.len() as u32,
+            visible_count: count,
             vertex_count: sum(|c| c.vertex_count),
             triangle_count: sum(|c| c.triangle_count),
             min_vertex_count: sum(|c| c.min_vertex_count),
             needed_vertices: sum(|c| c.vertex_count),
             needed_triangles: sum(|c| c.triangle_count),
-            draw_count: instances.len() as u32,
+            draw_count: count,
             ..Default::default()
         };
-        Ok(())
     }
 
     /// Lets instances go by schedules: from now on the stage `play_motion` writes, at the time of each frame, which clip they play,
@@ -295,7 +358,11 @@ impl CrowdRenderer {
         let config = self.complete(config, &options);
         queue.write_buffer(&self.frame.config, 0, bytemuck::bytes_of(&config));
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("bake floor") });
-        self.selection.record(&mut StageRecorder::new(&mut encoder, None), &config, &options);
+        let mut recorder = StageRecorder::new(&mut encoder, None);
+        if let Some(feed) = &self.feed {
+            feed.record(&mut recorder, &self.frame);
+        }
+        self.selection.record(&mut recorder, &config, &options);
         let choices = read_back::read_now(device, queue, encoder, &self.frame.choices, instances.len())?;
         let encoder = device.create_command_encoder(&Default::default());
         let culled = read_back::read_now(device, queue, encoder, &self.frame.culled, instances.len())?;
@@ -318,7 +385,8 @@ impl CrowdRenderer {
     /// written through the queue, so submit each frame before recording the next.
     ///
     /// # Errors
-    /// Those of [`Self::prepare`]; [`Error::OutOfMemory`] when the depth and multisampled textures of a new `size` do not
+    /// Those of [`Self::prepare`]; [`Error::Feed`] for [`Technique::PseudoInstancing`] of a simulator's instances whose characters
+    /// nobody named; [`Error::OutOfMemory`] when the depth and multisampled textures of a new `size` do not
     /// fit. Drop the encoder then.
     pub fn encode(
         &mut self,
@@ -331,6 +399,12 @@ impl CrowdRenderer {
         options: impl Into<DrawOptions>,
     ) -> Result<()> {
         let options = options.into();
+        if options.technique == Technique::PseudoInstancing
+            && self.instance_characters.len() < self.instance_count as usize
+        {
+            let problem = "none, allowed one each: pseudo-instancing draws by the CPU's calls";
+            return Err(Error::Feed { what: "characters of instances", problem });
+        }
         self.prepare(device, queue, options.technique)?;
         let skinning = self.prepare_skinning(device, queue, &options);
         self.draw.fit_targets(device, size, options.occludes())?;
@@ -362,6 +436,9 @@ impl CrowdRenderer {
         };
         let Meters { clock, runs } = &self.meters;
         let mut recorder = StageRecorder::new(encoder, clock.as_ref().map(|clock| clock.queries.clone()));
+        if let Some(feed) = &self.feed {
+            feed.record(&mut recorder, &self.frame);
+        }
         if let Some(motion) = &self.motion {
             recorder.stage("play_motion", |pass| motion.record(pass, config.instance_count));
         }
@@ -403,6 +480,9 @@ impl CrowdRenderer {
         }
         let names = recorder.into_names();
         let known_totals = painter.known_totals(&context);
+        if let Some(feed) = &self.feed {
+            feed.record_totals(encoder, &self.frame);
+        }
         let draws = parts.len() as u32;
         self.read_back.record(device, encoder, &self.frame.totals, known_totals, &self.meters, names, draws);
         if options.technique == Technique::Bucketed {
@@ -474,7 +554,7 @@ impl CrowdRenderer {
     }
 
     fn complete(&self, config: &FrameConfig, options: &DrawOptions) -> FrameConfig {
-        let instance_count = self.instance_characters.len() as u32;
+        let instance_count = self.instance_count;
         // Levels by error have no water between them to morph by.
         let morphs = options.morphs() && config.weight != Weight::Error as u32;
         let has_dots = options.has_dots() && config.weight != Weight::Error as u32;

@@ -336,7 +336,7 @@ impl FrameBuffers {
             fill: up.empty::<FillState>("fill state", 1, written, fewer)?,
             choices: up.empty::<LodChoice>("choices", n, written, fewer)?,
             bases_of_none: up.empty::<InstanceBase>("no bases", 1, written, fewer)?,
-            totals: up.empty::<FrameTotals>("totals", 1, written, fewer)?,
+            totals: up.empty::<FrameTotals>("totals", 1, written | Usage::COPY_DST, fewer)?,
         })
     }
 }

@@ -167,7 +167,7 @@ impl DrawConfig {
     }
 }
 
-/// What a frame came to, 48 bytes.
+/// What a frame came to, 52 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct FrameTotals {
@@ -195,6 +195,8 @@ pub struct FrameTotals {
     pub occluded_count: u32,
     /// Instances whose sphere does not meet the frustum, where those are culled.
     pub outside_count: u32,
+    /// Instances of a simulator that were refused and are not drawn ([`crate::FeedState::refused_count`]).
+    pub refused_count: u32,
 }
 
 /// Bits of [`FrameTotals::overflow`].

@@ -36,7 +36,7 @@ pub fn measure(asked: &Asked, talk: &mut Talk<'_>) -> Result<BenchReport> {
     let aspect = plan.size[0] as f32 / plan.size[1] as f32;
     let (mut rows, mut conditions, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
     for &count in &asked.counts {
-        let crowd_plan = crate::plan::CrowdPlan { count, ..plan.crowd.clone() };
+        let crowd_plan = plan.crowd.with_count(count);
         let crowd = crowd::gather(&pack, &crowd_plan, aspect)?;
         for remark in crowd.remarks.iter().filter(|remark| !warnings.contains(*remark)).cloned().collect::<Vec<_>>() {
             talk.say(&remark);
@@ -97,18 +97,19 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
     };
     let mut contenders: Vec<Contender> = asked.words.ab.iter().map(new).collect();
     let (warm_up, rounds) = (asked.words.warm_up, asked.words.rounds);
+    let mut simulate_ms = Vec::new();
     let config = frame_config(&viewer.at(start_s), plan.size, start_s, &plan.detail, budget);
-    if crowd.advance(start_s) {
-        backend.set_instances(&crowd.instances)?;
-    }
+    backend.show_time(&mut crowd, start_s)?;
     for contender in &contenders {
         backend.settle_skinning(&config, contender.variant.options(plan.detail.draw))?;
     }
     for round in 0..warm_up + rounds {
         let time_s = start_s + round.saturating_sub(warm_up) as f32 * dt_s;
         let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
-        if crowd.advance(time_s) {
-            backend.set_instances(&crowd.instances)?;
+        let start = Instant::now();
+        backend.show_time(&mut crowd, time_s)?;
+        if round >= warm_up {
+            simulate_ms.push(start.elapsed().as_secs_f32() * 1e3);
         }
         crowd.play(time_s);
         // Whoever comes first finds other caches and clocks than whoever comes last.
@@ -150,7 +151,10 @@ fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk:
     }
     talk.say(&format!("{} instances: {rounds} frames each of {} techniques", crowd.instances.len(), contenders.len()));
     let count = crowd.instances.len() as u32;
-    let mut rows: Vec<Row> = contenders.iter().map(|contender| row_of(contender, count, budget)).collect();
+    let simulate_ms = crowd.moving.is_some().then(|| Spread::of(simulate_ms).median);
+    let row = |contender| Row { simulate_ms, ..row_of(contender, count, budget) };
+    let mut rows: Vec<Row> = contenders.iter().map(row).collect();
+    backend.end_simulation(&mut crowd)?;
     let time_s = start_s + (rounds - 1) as f32 * dt_s;
     let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
     let mut picture = |instances: &[InstanceRecord], variant: Variant| {
@@ -250,6 +254,7 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
         frame_ms: timings.frame_ms,
         frame_ratio: 1.0,
         gpu_ms: has_times.then(|| Spread::of(timed.iter().map(|(all, _)| *all).collect())),
+        simulate_ms: None,
         lod_ms: has_times.then(|| median(&|(_, lod)| *lod)),
         lod_share: has_times.then(|| median(&|(all, lod)| if *all > 0.0 { lod / all } else { 0.0 })),
         stages_ms: timings.stages_ms,

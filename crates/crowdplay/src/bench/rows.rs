@@ -56,6 +56,8 @@ pub struct Row {
     pub frame_ms: Spread,
     /// Median divided by the first technique's of this count.
     pub frame_ratio: f32,
+    /// Median of moving everyone on before a frame, the same for all; `None` where nobody moves. No part of `frame_ms`.
+    pub simulate_ms: Option<f32>,
     /// All stages and the draw on the GPU; `None` where the adapter has no timestamps.
     pub gpu_ms: Option<Spread>,
     /// Median of everything but skinning and drawing: culling, levels, bucketing or reforming.
@@ -110,7 +112,7 @@ pub struct Judged {
 
 /// Columns of the table for spreadsheets.
 const COLUMNS: &str = "adapter,driver,device_type,pack,width,height,samples,rounds,count,technique,skinning,budget,frame_ms_median,frame_ms_p95,\
-frame_ratio,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,image_rmse,pop_rmse,pop_p999,pop_px,pop_far_share,overflow,features";
+frame_ratio,simulate_ms,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,image_rmse,pop_rmse,pop_p999,pop_px,pop_far_share,overflow,features";
 
 impl BenchReport {
     /// Comma-separated values with a header; text with quotes around it.
@@ -139,12 +141,13 @@ impl BenchReport {
             } = row;
             let _ = writeln!(
                 csv,
-                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{},{},{},{},{}",
+                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{},{},{},{},{}",
                 self.samples,
                 self.rounds,
                 frame_ms.median,
                 frame_ms.p95,
                 row.frame_ratio,
+                optional(row.simulate_ms),
                 optional(row.gpu_ms.map(|s| s.median)),
                 optional(row.gpu_ms.map(|s| s.p95)),
                 optional(row.lod_ms),
@@ -170,21 +173,22 @@ impl BenchReport {
         let mut out = format!(
             "# Benchmarks: drawing a crowd\n\nMade by `{command}`; do not edit by hand. {name} ({backend}, {driver} {driver_version}), \
              {width} x {height} pixels, {} sample(s) a pixel, {} frames of each technique in turn after {} that do not count. \
-             Times are medians, milliseconds; *ratio* is to the first technique, *LOD* is everything on the GPU but skinning and drawing, *LOD %* its \
+             Times are medians, milliseconds; *ratio* is to the first technique, *simulate* what moving everyone on takes before each frame (no part of it), *LOD* is everything on the GPU but skinning and drawing, *LOD %* its \
              part of the GPU's time, *visible* who is drawn, *hidden* who is in the frustum but left out behind others, *runs a triangle* the vertex shader's runs as the adapter counts them, *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone), *pop* what changes from frame to frame by levels alone (RMS over the picture, drawn with the levels of the frame before and its own), *pop px* how far the surface moves by that (RMS over all vertices, pixels; where asked for).\n\n",
             self.samples, self.rounds, self.warm_up
         );
-        out.push_str("| instances | technique | frame ms | p95 | ratio | LOD ms | LOD % | visible | hidden | triangles | vertices | draws | runs a triangle | image | pop | pop px |\n");
-        out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+        out.push_str("| instances | technique | frame ms | p95 | ratio | simulate | LOD ms | LOD % | visible | hidden | triangles | vertices | draws | runs a triangle | image | pop | pop px |\n");
+        out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
         for row in &self.rows {
             let _ = writeln!(
                 out,
-                "| {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+                "| {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
                 row.count,
                 row.technique,
                 row.frame_ms.median,
                 row.frame_ms.p95,
                 row.frame_ratio,
+                number(row.simulate_ms, 2),
                 number(row.lod_ms, 3),
                 number(row.lod_share.map(|share| share * 100.0), 2),
                 row.visible,
@@ -322,7 +326,7 @@ mod tests {
         }
         let columns: Vec<usize> =
             page.lines().filter(|line| line.starts_with("| ")).take(3).map(|line| line.matches('|').count()).collect();
-        assert_eq!(columns, [17; 3], "{page}");
+        assert_eq!(columns, [18; 3], "{page}");
     }
 
     #[test]

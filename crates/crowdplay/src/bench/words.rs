@@ -159,7 +159,7 @@ fn decide(args: &Args, words: BenchWords, typed: String) -> Result<Asked> {
             return Err(refused(option, format!("{}, the place of {other}", path.display()), "a place of its own"));
         }
     }
-    let counts = if words.counts.is_empty() { vec![args.count] } else { words.counts.clone() };
+    let counts = if words.counts.is_empty() { vec![args.flock.unwrap_or(args.count)] } else { words.counts.clone() };
     let plan = plan::plan(args)?;
     for (option, path) in outputs {
         crate::output_paths::refuse_inputs(&plan, option, path)?;
