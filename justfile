@@ -60,6 +60,10 @@ bench-occlusion-field:
 bench-shadows:
     cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+shadows --counts 1024,8192 --size 640x360 --msaa 1 --rounds 7 --warm-up 2 --skinning vertex --markdown docs/benchmarks/shadows.md --assert 'bucketed+shadows/bucketed <= 1.6' --assert 'gpu_ms:bucketed+shadows/bucketed <= 1.6'
 
+# Write docs/benchmarks/park2009.md and park2009-near.md again: Park & Han 2009, a flock of zebras and gnus, 20,000 with a quarter in sight and 5,000 with nine tenths (four minutes on software Vulkan)
+bench-park2009:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b2,bucketed --flock 20000 --simulate gpu --characters zebra,gnu --eye 0,6,20 --target 0,0,-30 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/benchmarks/park2009.md && cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b2,bucketed --flock 5000 --simulate gpu --characters zebra,gnu --eye 0,16,82 --target 0,0,0 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/benchmarks/park2009-near.md
+
 # Time the simplifier
 bench:
     cargo bench -p crowd-lod
