@@ -405,8 +405,8 @@ struct FlockConfig {
     runs_from_m_s: vec2f,
     time_s: f32,
     least_clip_speed_m_s: f32,
-    reserved_a: u32,
-    reserved_b: u32,
+    shortest_gait_s: f32,
+    fade_s: f32,
 }
 
 struct BoidRecord {
@@ -416,6 +416,10 @@ struct BoidRecord {
     walked_m: f32,
     pace_m_s: f32,
     gait: u32,
+    gait_before: u32,
+    ran_m: f32,
+    changed_s: f32,
+    reserved: u32,
 }
 
 struct SortedBoid {
@@ -443,8 +447,8 @@ struct MoverRecord {
     clips: array<GaitClipRecord, 3>,
     character: u32,
     scale: f32,
-    reserved_a: u32,
-    reserved_b: u32,
+    run_ahead_turns: f32,
+    reserved: u32,
 }
 
 struct FeedConfig {

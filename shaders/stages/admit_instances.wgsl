@@ -18,6 +18,13 @@ fn is_finite(number: f32) -> bool {
     return (bitcast<u32>(number) & 0x7f800000u) != 0x7f800000u;
 }
 
+fn has_sound_fade(one: InstanceRecord, character: CharacterRecord) -> bool {
+    let is_one_of_its_own =
+        one.leaving_clip >= character.clip_offset && one.leaving_clip - character.clip_offset < character.clip_count;
+    let fades = is_finite(one.leaving_share) && one.leaving_share > 0.0 && one.leaving_share <= 1.0;
+    return one.leaving_share == 0.0 || (fades && is_one_of_its_own);
+}
+
 fn is_sound(one: InstanceRecord) -> bool {
     if one.character >= feed.character_count {
         return false;
@@ -25,14 +32,15 @@ fn is_sound(one: InstanceRecord) -> bool {
     let character = characters[one.character];
     return one.clip >= character.clip_offset && one.clip - character.clip_offset < character.clip_count
         && is_finite(one.position.x) && is_finite(one.position.y) && is_finite(one.position.z)
-        && is_finite(one.yaw_rad) && is_finite(one.scale) && is_finite(one.phase_s);
+        && is_finite(one.yaw_rad) && is_finite(one.scale) && is_finite(one.phase_s)
+        && is_finite(one.leaving_phase_s) && has_sound_fade(one, character);
 }
 
 @compute @workgroup_size(BLOCK_SIZE)
 fn admit(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
     let i = block * BLOCK_SIZE + lane;
-    var one = InstanceRecord(vec3f(0.0), 0.0, 0.0, 0u, characters[0].clip_offset, 0.0);
+    var one = InstanceRecord(vec3f(0.0), 0.0, 0.0, 0u, characters[0].clip_offset, 0.0, 0u, 0.0, 0.0, 0u);
     if i < min(given_count[0], feed.most) {
         let asked = given[i];
         if is_sound(asked) {

@@ -6,6 +6,47 @@
 @group(0) @binding(3) var<storage, read> movers: array<MoverRecord>;
 @group(0) @binding(4) var<storage, read_write> instances: array<InstanceRecord>;
 
+// A clip at a time: seconds that it is ahead of the clock, and what it has moved the character by.
+struct Played {
+    clip: u32,
+    phase_s: f32,
+    moved: vec3f,
+}
+
+// Metres of one turn of a clip, 0 where its speed is not known.
+fn stride_of(clip: GaitClipRecord, size: f32) -> f32 {
+    let own_speed = clip.ground_speed_m_s * size;
+    let is_known = own_speed >= flock.least_clip_speed_m_s && clip.duration_s > 0.0;
+    return select(0.0, own_speed * clip.duration_s, is_known);
+}
+
+// Turns of a gait's clip by now: walking and running count the same steps.
+fn turns_of(mover: u32, gait: u32, boid: BoidRecord, size: f32) -> f32 {
+    let walk_m = stride_of(movers[mover].clips[1], size);
+    let run_m = stride_of(movers[mover].clips[2], size);
+    if gait != 0u && walk_m > 0.0 && run_m > 0.0 {
+        let ahead = select(0.0, movers[mover].run_ahead_turns, gait == 2u);
+        return (boid.walked_m - boid.ran_m) / walk_m + boid.ran_m / run_m + ahead;
+    }
+    let own_m = select(select(0.0, walk_m, gait == 1u), run_m, gait == 2u);
+    if own_m > 0.0 {
+        return boid.walked_m / own_m;
+    }
+    let duration_s = movers[mover].clips[gait].duration_s;
+    return select(0.0, flock.time_s / max(duration_s, 1e-6), duration_s > 0.0);
+}
+
+fn played(mover: u32, gait: u32, boid: BoidRecord, size: f32, start: f32) -> Played {
+    let clip = movers[mover].clips[gait];
+    let turns = start + turns_of(mover, gait, boid, size);
+    var phase_s = 0.0;
+    if clip.duration_s > 0.0 {
+        let ahead = turns * clip.duration_s - flock.time_s;
+        phase_s = ahead - clip.duration_s * floor(ahead / clip.duration_s);
+    }
+    return Played(clip.clip, phase_s, clip.displacement_m * ((turns - floor(turns)) * size));
+}
+
 @compute @workgroup_size(BLOCK_SIZE)
 fn place_boids(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let i = group_number(workgroup) * BLOCK_SIZE + lane;
@@ -14,22 +55,26 @@ fn place_boids(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocatio
     }
     let boid = boids[i];
     let mine = traits[i];
-    let character = movers[mine.mover].character;
-    let scale = movers[mine.mover].scale * mine.scale;
-    let clip = movers[mine.mover].clips[min(boid.gait, 2u)];
-    var moved = vec3f(0.0);
-    var phase_s = 0.0;
-    if clip.duration_s > 0.0 {
-        let own_speed = clip.ground_speed_m_s * scale;
-        let follows = boid.gait != 0u && own_speed >= flock.least_clip_speed_m_s;
-        let since = select(flock.time_s, boid.walked_m / max(own_speed, 1e-6), follows);
-        let clip_time = mine.start * clip.duration_s + since;
-        let ahead = clip_time - flock.time_s;
-        phase_s = ahead - clip.duration_s * floor(ahead / clip.duration_s);
-        // What the clip itself moves is taken out again.
-        let turns = clip_time / clip.duration_s;
-        moved = turn(boid.yaw_rad, clip.displacement_m * ((turns - floor(turns)) * scale));
+    let size = movers[mine.mover].scale * mine.scale;
+    let now = played(mine.mover, min(boid.gait, 2u), boid, size, mine.start);
+    let left = played(mine.mover, min(boid.gait_before, 2u), boid, size, mine.start);
+    var share = 0.0;
+    if left.clip != now.clip && boid.changed_s < flock.fade_s {
+        let done = clamp(boid.changed_s / flock.fade_s, 0.0, 1.0);
+        share = 1.0 - done * done * (3.0 - 2.0 * done);
     }
-    let position = vec3f(boid.place.x, 0.0, boid.place.y) - moved;
-    instances[i] = InstanceRecord(position, boid.yaw_rad, scale, character, clip.clip, phase_s);
+    // What clips move the character by is taken out again.
+    let moved = turn(boid.yaw_rad, now.moved + (left.moved - now.moved) * share);
+    instances[i] = InstanceRecord(
+        vec3f(boid.place.x, 0.0, boid.place.y) - moved,
+        boid.yaw_rad,
+        size,
+        movers[mine.mover].character,
+        now.clip,
+        now.phase_s,
+        left.clip,
+        left.phase_s,
+        share,
+        0u,
+    );
 }

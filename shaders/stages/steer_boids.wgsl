@@ -126,8 +126,15 @@ fn steer_boids(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocatio
     boid.velocity = direction_or(velocity, vec2f(0.0, 1.0)) * speed;
     boid.place += boid.velocity * flock.step_s + at_most(steered.push, flock.most_push_m);
     boid.walked_m += speed * flock.step_s;
+    boid.ran_m += select(0.0, speed * flock.step_s, boid.gait == 2u);
     let goal = atan2(boid.velocity.x, boid.velocity.y);
     boid.yaw_rad = wrapped(boid.yaw_rad + wrapped(goal - boid.yaw_rad) * min(flock.turn_hz * flock.step_s, 1.0));
-    boid.gait = gait_at(boid.gait, speed);
+    boid.changed_s += flock.step_s;
+    let gait = gait_at(boid.gait, speed);
+    if gait != boid.gait && boid.changed_s >= flock.shortest_gait_s {
+        boid.gait_before = boid.gait;
+        boid.gait = gait;
+        boid.changed_s = 0.0;
+    }
     boids[number] = boid;
 }

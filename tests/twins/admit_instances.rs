@@ -5,7 +5,7 @@ use crowd_stages::gpu::AdmitInstances;
 use crowd_stages::{FeedConfig, FeedState, InstanceRecord, cpu};
 use crowd_tests::{gpu, synthetic};
 
-fn on_gpu(given: &[InstanceRecord], given_count: u32, feed: &FeedConfig) -> (Vec<[u32; 8]>, FeedState) {
+fn on_gpu(given: &[InstanceRecord], given_count: u32, feed: &FeedConfig) -> (Vec<[u32; 12]>, FeedState) {
     let (device, _) = gpu::device();
     let stage = AdmitInstances::new(device);
     let instances = gpu::output::<InstanceRecord>(feed.most as usize);
@@ -22,7 +22,7 @@ fn on_gpu(given: &[InstanceRecord], given_count: u32, feed: &FeedConfig) -> (Vec
 fn spoilt(count: u32) -> Vec<InstanceRecord> {
     let mut instances = synthetic::instances(data(), count);
     for (i, one) in instances.iter_mut().enumerate().step_by(9) {
-        match i / 9 % 8 {
+        match i / 9 % 12 {
             0 => one.character = 3,
             1 => one.character = u32::MAX,
             2 => one.clip = u32::MAX,
@@ -30,7 +30,11 @@ fn spoilt(count: u32) -> Vec<InstanceRecord> {
             4 => one.position[1] = f32::NAN,
             5 => one.yaw_rad = f32::INFINITY,
             6 => one.scale = f32::NEG_INFINITY,
-            _ => one.phase_s = f32::NAN,
+            7 => one.phase_s = f32::NAN,
+            8 => one.leaving_phase_s = f32::INFINITY,
+            9 => one.leaving_share = f32::NAN,
+            10 => one.leaving_share = 1.5,
+            _ => (one.leaving_share, one.leaving_clip) = (0.5, u32::MAX),
         }
     }
     instances
@@ -46,7 +50,7 @@ fn who_is_admitted_is_equal_whatever_is_given() {
             let expected = cpu::admit_instances(&data().characters, &given, count, &feed);
             let (admitted, state) = on_gpu(&given, count, &feed);
             // By bits, so that a number that is not one would be seen.
-            let bits: Vec<[u32; 8]> = bytemuck::cast_slice(&expected.0).to_vec();
+            let bits: Vec<[u32; 12]> = bytemuck::cast_slice(&expected.0).to_vec();
             assert_eq!(first_difference(&admitted, &bits), None, "{count} of {most}");
             assert_eq!(state, expected.1, "{count} of {most}");
         }

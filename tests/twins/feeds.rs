@@ -15,6 +15,10 @@ struct InstanceRecord {
     character: u32,
     clip: u32,
     phase_s: f32,
+    leaving_clip: u32,
+    leaving_phase_s: f32,
+    leaving_share: f32,
+    reserved: u32,
 }
 
 @group(0) @binding(0) var<storage, read_write> instances: array<InstanceRecord>;
@@ -29,7 +33,8 @@ fn simulate(@builtin(global_invocation_id) id: vec3u) {
     if i < arrayLength(&instances) {
         let place = vec3f(f32(i % 16u) - 8.0, 0.0, -f32(i / 16u));
         let character = select(i % 3u, 99u, i % 11u == 0u);
-        instances[i] = InstanceRecord(place, f32(i) * 0.1, 0.8, character, (i % 3u) * 2u, f32(i) * 0.01);
+        instances[i] = InstanceRecord(place, f32(i) * 0.1, 0.8, character, (i % 3u) * 2u, f32(i) * 0.01,
+            (i % 3u) * 2u + 1u, 0.3, select(0.0, 0.5, i % 4u == 0u), 0u);
     }
 }
 ";
@@ -159,7 +164,7 @@ fn buffers_that_do_not_fit_are_refused() {
         let feed = InstanceFeed { instances, count: None, most, bounds: CrowdBounds::default(), characters };
         renderer.borrow_instances(device, queue, &feed).err().map(|error| error.to_string()).unwrap_or_default()
     };
-    assert!(refused(&small, 11, &[]).contains("needs 352"));
+    assert!(refused(&small, 11, &[]).contains("needs 528"));
     assert!(refused(&none, 10, &[]).contains("STORAGE"));
     assert!(refused(&big, OPTIONS.max_instances + 1, &[]).contains("max_instances"));
     assert!(refused(&small, 2, &[0]).contains("another number"));

@@ -2,7 +2,7 @@
 
 use crate::cases::data;
 use crate::flocks::{boids, cast, flock, traits_and_movers};
-use crowd_scene::Walker;
+use crowd_scene::{Gait, Walker};
 use crowd_stages::gpu::PlaceBoids;
 use crowd_stages::{FlockConfig, InstanceRecord, cpu};
 use crowd_tests::gpu;
@@ -12,13 +12,18 @@ const CLIP_S: f32 = 1.2;
 
 /// Whether two instances show the same: phases go round.
 fn shows_the_same(a: &InstanceRecord, b: &InstanceRecord, bound: f32) -> bool {
-    let phase = (a.phase_s - b.phase_s).abs();
     let near = |a: f32, b: f32, bound: f32| (a - b).abs() <= bound;
     // A turn's end and the next one's start are a whole displacement apart.
-    let wraps = (phase - CLIP_S).abs() < 1e-3;
+    let around = |a: f32, b: f32| near((a - b).abs(), CLIP_S, 1e-3);
+    let fades = a.leaving_share > 0.0;
+    let wraps = around(a.phase_s, b.phase_s) || (fades && around(a.leaving_phase_s, b.leaving_phase_s));
+    let same_phase = |a: f32, b: f32| near(a, b, 1e-3) || around(a, b);
+    let same_fade = !fades || (a.leaving_clip == b.leaving_clip && same_phase(a.leaving_phase_s, b.leaving_phase_s));
     let places = a.position.iter().zip(b.position).all(|(a, b)| near(*a, b, if wraps { 2.0 } else { bound }));
     places
-        && (phase < 1e-3 || wraps)
+        && same_phase(a.phase_s, b.phase_s)
+        && same_fade
+        && near(a.leaving_share, b.leaving_share, 1e-5)
         && near(a.yaw_rad, b.yaw_rad, 1e-6)
         && near(a.scale, b.scale, 1e-6)
         && (a.character, a.clip) == (b.character, b.clip)
@@ -31,7 +36,7 @@ fn instances_are_those_of_the_twin() {
     let stage = PlaceBoids::new(device);
     for count in [0, 1, 1000] {
         let flock = flock(count, 4.0);
-        let config = FlockConfig { time_s: 4.0, ..flock_config(&flock) };
+        let config = FlockConfig { time_s: 4.0, fade_s: cast().fade_s, ..flock_config(&flock) };
         let all = boids(&flock);
         let (traits, movers) = traits_and_movers(count);
         let instances = gpu::output::<InstanceRecord>(all.len());
@@ -51,12 +56,18 @@ fn instances_are_those_of_the_twin() {
 #[test]
 fn the_twin_casts_as_the_scene_does() {
     let flock = flock(400, 6.0);
-    let config = FlockConfig { time_s: 6.0, ..flock_config(&flock) };
+    let config = FlockConfig { time_s: 6.0, fade_s: cast().fade_s, ..flock_config(&flock) };
     let (traits, movers) = traits_and_movers(400);
-    let placed = cpu::place_boids(&config, &boids(&flock), &traits, &movers);
-    let mut walkers: Vec<Walker> = Vec::new();
+    let (mut all, mut walkers): (_, Vec<Walker>) = (boids(&flock), Vec::new());
     flock.people(&mut walkers);
+    // Some have just ceased to run.
+    for (boid, walker) in all.iter_mut().zip(&mut walkers).step_by(5) {
+        (boid.gait_before, boid.changed_s) = (2, 0.1);
+        (walker.gait_before, walker.changed_s) = (Gait::Run, 0.1);
+    }
+    let placed = cpu::place_boids(&config, &all, &traits, &movers);
     let cast = cast();
+    assert!(placed.iter().any(|one| one.leaving_share > 0.0), "someone fades");
     for (walker, placed) in walkers.iter().zip(&placed) {
         let one = cast.instance(walker, 6.0);
         let expected = InstanceRecord {
@@ -66,6 +77,10 @@ fn the_twin_casts_as_the_scene_does() {
             character: one.character,
             clip: data().characters[one.character as usize].clip_offset + one.clip,
             phase_s: one.phase_s,
+            leaving_clip: data().characters[one.character as usize].clip_offset + one.leaving.clip,
+            leaving_phase_s: one.leaving.phase_s,
+            leaving_share: one.leaving.share,
+            reserved: 0,
         };
         assert!(shows_the_same(placed, &expected, 1e-4), "{placed:?} is not {expected:?}");
     }

@@ -11,6 +11,9 @@ use crowd_stages::{
 };
 use glam::Vec3;
 
+/// A gait that never changed did so this long ago.
+const NEVER_S: f32 = 1e9;
+
 /// A flock on the GPU whose instances a renderer has borrowed.
 pub struct Simulation {
     flock: GpuFlock,
@@ -41,7 +44,8 @@ impl Simulation {
             .map(|(mover, shown)| mover_record(&crowd.data, mover, shown.0))
             .collect();
         let characters: Vec<u32> = crowd.instances.iter().map(|one| one.character).collect();
-        let mut flock_now = GpuFlock::new(&gpu.device, &gpu.queue, flock_config(flock), &boids, &traits, &movers)?;
+        let config = FlockConfig { fade_s: cast.fade_s, ..flock_config(flock) };
+        let mut flock_now = GpuFlock::new(&gpu.device, &gpu.queue, config, &boids, &traits, &movers)?;
         flock_now.advance_to(&gpu.device, &gpu.queue, 0, 0.0);
         let feed = InstanceFeed {
             instances: flock_now.instances(),
@@ -73,7 +77,7 @@ impl Simulation {
     }
 }
 
-/// A flock's rules and grid as the stages have them.
+/// A flock's rules and grid as the stages have them; gaits change at once.
 pub fn flock_config(flock: &Flock) -> FlockConfig {
     let (rules, grid) = (flock.rules(), flock.grid());
     FlockConfig {
@@ -99,8 +103,8 @@ pub fn flock_config(flock: &Flock) -> FlockConfig {
         runs_from_m_s: Gait::RUNS_FROM_M_S,
         time_s: 0.0,
         least_clip_speed_m_s: LEAST_CLIP_SPEED_M_S,
-        reserved_a: 0,
-        reserved_b: 0,
+        shortest_gait_s: Gait::SHORTEST_S,
+        fade_s: 0.0,
     }
 }
 
@@ -113,6 +117,11 @@ pub fn boid_record(boid: &crowd_scene::Boid) -> BoidRecord {
         walked_m: boid.walked_m,
         pace_m_s: boid.pace_m_s,
         gait: boid.gait as u32,
+        gait_before: boid.gait_before as u32,
+        ran_m: boid.ran_m,
+        // Never is a number of seconds, too: shaders need not know infinity.
+        changed_s: boid.changed_s.min(NEVER_S),
+        reserved: 0,
     }
 }
 
@@ -131,7 +140,8 @@ pub fn mover_record(data: &CrowdData, mover: &Mover, character: u32) -> MoverRec
         clip: first + clip.clip,
         ..Default::default()
     };
-    MoverRecord { clips: mover.clips.map(clip), character, scale: mover.scale, ..Default::default() }
+    let (scale, run_ahead_turns) = (mover.scale, mover.run_ahead_turns);
+    MoverRecord { clips: mover.clips.map(clip), character, scale, run_ahead_turns, reserved: 0 }
 }
 
 /// A box that nobody of the flock ever leaves, whatever their pose.

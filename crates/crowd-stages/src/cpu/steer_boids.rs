@@ -41,13 +41,20 @@ fn moved(flock: &FlockConfig, boid: &BoidRecord, (pull, push): (Vec2, Vec2)) -> 
     let place = Vec2::from(boid.place) + (velocity * flock.step_s + push.clamp_length_max(flock.most_push_m));
     let goal = libm::atan2f(velocity.x, velocity.y);
     let turned = wrapped(goal - boid.yaw_rad) * (flock.turn_hz * flock.step_s).min(1.0);
+    let gait = gait_at(flock, boid.gait, speed);
+    let changed_s = boid.changed_s + flock.step_s;
+    let changes = gait != boid.gait && changed_s >= flock.shortest_gait_s;
     BoidRecord {
         place: place.to_array(),
         velocity: velocity.to_array(),
         yaw_rad: wrapped(boid.yaw_rad + turned),
         walked_m: boid.walked_m + speed * flock.step_s,
         pace_m_s: boid.pace_m_s,
-        gait: gait_at(flock, boid.gait, speed),
+        gait: if changes { gait } else { boid.gait },
+        gait_before: if changes { boid.gait } else { boid.gait_before },
+        ran_m: boid.ran_m + if boid.gait == 2 { speed * flock.step_s } else { 0.0 },
+        changed_s: if changes { 0.0 } else { changed_s },
+        reserved: 0,
     }
 }
 

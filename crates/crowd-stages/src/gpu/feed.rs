@@ -8,7 +8,7 @@ use std::mem::{offset_of, size_of};
 
 /// Instances in a simulator's buffer, for [`super::CrowdRenderer::borrow_instances`].
 ///
-/// The buffer holds [`InstanceRecord`]s as they lie, 32 bytes each, little-endian; in WGSL
+/// The buffer holds [`InstanceRecord`]s as they lie, 48 bytes each, little-endian; in WGSL
 ///
 /// ```wgsl
 /// struct InstanceRecord {
@@ -18,6 +18,10 @@ use std::mem::{offset_of, size_of};
 ///     character: u32,  // index in CrowdData::characters
 ///     clip: u32,       // index in CrowdData::clips, one of the character's own
 ///     phase_s: f32,    // the clip plays at FrameConfig::time_s + phase_s
+///     leaving_clip: u32,    // another of its clips that it fades out of,
+///     leaving_phase_s: f32,
+///     leaving_share: f32,   // and that one's share of the pose; 0: none
+///     reserved: u32,
 /// }
 /// ```
 ///

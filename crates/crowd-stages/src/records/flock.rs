@@ -50,13 +50,13 @@ pub struct FlockConfig {
     pub time_s: f32,
     /// Clips slower over the ground than this play at their own rate.
     pub least_clip_speed_m_s: f32,
-    /// Zero.
-    pub reserved_a: u32,
-    /// Zero.
-    pub reserved_b: u32,
+    /// Nobody's gait changes sooner than this after the last change.
+    pub shortest_gait_s: f32,
+    /// Time over which someone fades from one gait into the next, at most that; 0: at once.
+    pub fade_s: f32,
 }
 
-/// One of a flock, 32 bytes.
+/// One of a flock, 48 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct BoidRecord {
@@ -72,6 +72,14 @@ pub struct BoidRecord {
     pub pace_m_s: f32,
     /// 0 stands, 1 walks, 2 runs: an index into [`MoverRecord::clips`].
     pub gait: u32,
+    /// The gait before this one.
+    pub gait_before: u32,
+    /// Metres run, part of those walked.
+    pub ran_m: f32,
+    /// Seconds since the gait changed; many where it never did.
+    pub changed_s: f32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// What neighbours need to know of a boid, 16 bytes; those of a cell lie side by side.
@@ -126,10 +134,10 @@ pub struct MoverRecord {
     pub character: u32,
     /// Factor between the character's own metres and those of the world.
     pub scale: f32,
+    /// Turns that the run clip is ahead of the walk clip where its feet are where the walk's are.
+    pub run_ahead_turns: f32,
     /// Zero.
-    pub reserved_a: u32,
-    /// Zero.
-    pub reserved_b: u32,
+    pub reserved: u32,
 }
 
 /// What is known of instances that a simulator hands over, a uniform of 16 bytes.
