@@ -463,6 +463,10 @@ struct FeedState {
     refused_count: u32,
 }
 
+struct FrustumCorners {
+    corners: array<vec4f, 8>,
+}
+
 struct DrawConfig {
     ray_x: vec3f,
     width_px: f32,

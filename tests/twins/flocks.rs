@@ -33,7 +33,11 @@ pub fn cast() -> Cast {
         ground_speed_m_s: speed,
         displacement_m: glam::Vec3::new(0.1, 0.0, moved),
     };
-    let mover = |moved: f32| Mover { clips: [clip(0, 0.0, 0.0), clip(0, 1.2, moved), clip(1, 2.5, 0.0)], scale: 0.9, run_ahead_turns: 0.2 };
+    let mover = |moved: f32| Mover {
+        clips: [clip(0, 0.0, 0.0), clip(0, 1.2, moved), clip(1, 2.5, 0.0)],
+        scale: 0.9,
+        run_ahead_turns: 0.2,
+    };
     Cast { movers: vec![mover(0.0), mover(1.4), mover(0.0)], seed: 5, fade_s: 0.4 }
 }
 

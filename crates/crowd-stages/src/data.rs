@@ -78,6 +78,14 @@ pub enum Error {
         /// What does not fit.
         problem: &'static str,
     },
+    /// A reference camera was asked for where no frame is kept.
+    #[error(
+        "reference camera: {technique} keeps no frame to be seen from elsewhere; draw one before, without occlusion culling"
+    )]
+    NoFrame {
+        /// Which was asked.
+        technique: Technique,
+    },
     /// No adapter, no device.
     #[error("no usable GPU: {0}")]
     NoAdapter(String),

@@ -6,9 +6,10 @@ use crowd_stages::gpu::{self, ANIMATION_HEIGHT, ANIMATION_WIDTH};
 use crowd_stages::{
     BoidRecord, BoidTraits, BucketCounts, BucketPlace, BucketRange, BucketRecord, BucketSet, Capacities, Cascade,
     CascadeStep, CullRecord, DiscreteConfig, DispatchArgs, DrawArgs, DrawConfig, DrawCounts, DrawnInstance, FeedConfig,
-    FeedState, FillState, FlockConfig, FrameConfig, FrameTotals, GaitClipRecord, InstanceBase, InstanceRecord,
-    LodChoice, MorphRecord, MotionRecord, MotionSchedule, MotionStretch, MoverRecord, OriginRecord, PyramidConfig, PyramidLevel, PyramidStep, SUN_DIRECTION,
-    ShadowConfig, SightTally, SkinnedVertex, SortPass, SortedBoid, Weight, WeightSums, dispatch, overflow, sight,
+    FeedState, FillState, FlockConfig, FrameConfig, FrameTotals, FrustumCorners, GaitClipRecord, InstanceBase,
+    InstanceRecord, LodChoice, MorphRecord, MotionRecord, MotionSchedule, MotionStretch, MoverRecord, OriginRecord,
+    PyramidConfig, PyramidLevel, PyramidStep, SUN_DIRECTION, ShadowConfig, SightTally, SkinnedVertex, SortPass,
+    SortedBoid, Weight, WeightSums, dispatch, overflow, sight,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};
@@ -217,6 +218,7 @@ fn rust_layouts() -> Vec<Layout> {
         layout!(MoverRecord { clips, character, scale, run_ahead_turns, reserved }),
         layout!(FeedConfig { most, character_count, reserved_a, reserved_b }),
         layout!(FeedState { count, refused_count }),
+        layout!(FrustumCorners { corners }),
         layout!(DrawConfig { ray_x, width_px, ray_y, height_px, ray_w, layer_side }),
     ]
 }
@@ -255,6 +257,7 @@ fn sources() -> Vec<(&'static str, String)> {
         ("backdrop", gpu::backdrop_source()),
         ("crowd", gpu::crowd_source()),
         ("scenery", gpu::scenery_source()),
+        ("reference", gpu::reference_source()),
     ]
 }
 
@@ -429,7 +432,7 @@ fn no_shader_binds_more_storage_buffers_than_default_limits_allow() {
         // The materials of the draw are read by the fragment shader, the others by the vertex shader.
         let allowed = if name == "crowd" { 8 + 1 } else { 8 };
         assert!(storage(false) <= allowed, "{name}: {} storage buffers", storage(false));
-        let draws = ["crowd", "backdrop", "scenery"].contains(&name);
+        let draws = ["crowd", "backdrop", "scenery", "reference"].contains(&name);
         assert_eq!(storage(true) > 0, !draws, "{name}: stages write, draws do not");
     }
 }

@@ -140,6 +140,14 @@ impl Backend {
         }
     }
 
+    /// What another camera sees of the newest frame, see [`GpuBackend::reference_picture`]; `None` on the CPU.
+    pub fn reference_picture(&mut self, configs: [&FrameConfig; 2], options: DrawOptions) -> Result<Option<Picture>> {
+        match self {
+            Self::Gpu(gpu) => gpu.reference_picture(configs, options).map(Some),
+            Self::Cpu(_) => Ok(None),
+        }
+    }
+
     /// Milliseconds by stage of the newest frame, where offered.
     pub fn timings_ms(&mut self) -> Vec<(&'static str, f32)> {
         match self {

@@ -30,6 +30,10 @@ Examples:
   Sixty pictures of a film, 1/30 s apart:
     crowdplay cast.crowdpack --headless --frames 60 --out frame-%04d.png
 
+  A film of a flight recorded in the window, where ffmpeg is installed:
+    crowdplay cast.crowdpack --record-camera flight.txt
+    crowdplay cast.crowdpack --camera-path flight.txt --headless --frames 300 --out flight.mp4
+
   Only two characters, walking, in a street, with half the vertices:
     crowdplay cast.crowdpack --characters mara,oskar --clips walk --layout street --budget 500000
 
@@ -246,6 +250,12 @@ pub struct Args {
     #[arg(long, value_name = "AZ,EL,DIST", value_parser = triple, allow_hyphen_values = true, help_heading = "Camera")]
     pub orbit: Option<[f32; 3]>,
 
+    /// In a corner of the picture, what a second camera sees that has all of the crowd and the first camera in view: who is drawn, at the
+    /// levels chosen for the first one, who is culled as dots, and the edges of its frustum. Not with occlusion culling, nor the
+    /// techniques pseudo-instancing and discrete
+    #[arg(long, help_heading = "Camera")]
+    pub reference_camera: bool,
+
     /// Write where the camera was, as a camera path file: as steered in the window, or frame by frame
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, help_heading = "Camera")]
     pub record_camera: Option<PathBuf>,
@@ -275,7 +285,8 @@ pub struct Args {
     #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = size, help_heading = "Output")]
     pub size: [u32; 2],
 
-    /// PNG of the last frame; with %d or %04d in the name one of each frame; - for standard output
+    /// PNG of the last frame; with %d or %04d in the name one of each frame; - for standard output; a film of all frames for
+    /// a name that ends in mp4, mkv, webm, mov, avi or gif, if ffmpeg is installed
     #[arg(long, value_name = "PNG", requires = "headless", value_hint = ValueHint::FilePath, help_heading = "Output")]
     pub out: Option<PathBuf>,
 

@@ -105,6 +105,12 @@ impl GpuBackend {
         self.canvas.read(&self.gpu.device, &self.gpu.queue)
     }
 
+    /// What another camera sees of the newest frame: `seen` is the frame's, `reference` the other one's.
+    pub fn reference_picture(&mut self, configs: [&FrameConfig; 2], options: DrawOptions) -> Result<Picture> {
+        let Self { gpu, renderer, canvas, .. } = self;
+        draw_reference(gpu, renderer, canvas.size, canvas.format, configs, options)
+    }
+
     /// GPU milliseconds by stage of the newest frame.
     pub fn timings_ms(&mut self) -> Vec<(&'static str, f32)> {
         self.renderer.timings_ms()
@@ -141,6 +147,23 @@ pub fn bake_frame(
         renderer.bake_floor(&gpu.device, &gpu.queue, &crowd.data, instances, config, options)?;
     }
     Ok(())
+}
+
+/// A picture of the newest frame by another camera; waits for it.
+pub fn draw_reference(
+    gpu: &Gpu,
+    renderer: &mut CrowdRenderer,
+    size: [u32; 2],
+    format: wgpu::TextureFormat,
+    configs: [&FrameConfig; 2],
+    options: DrawOptions,
+) -> Result<Picture> {
+    let canvas = Canvas::new(&gpu.device, size, format)?;
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("reference") });
+    let size = (size[0], size[1]);
+    renderer.encode_reference(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, configs, options)?;
+    gpu.queue.submit([encoder.finish()]);
+    canvas.read(&gpu.device, &gpu.queue)
 }
 
 /// Sizes that hold every frame of this crowd at budgets up to `largest_budget`, as far as the adapter allows; what does

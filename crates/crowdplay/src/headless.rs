@@ -2,9 +2,10 @@
 
 use crate::backend::{self, Backend};
 use crate::crowd::Crowd;
+use crate::film::Film;
 use crate::governor::Governor;
 use crate::picture::{write_file, write_stdout};
-use crate::plan::{DetailPlan, HeadlessPlan, Plan};
+use crate::plan::{DetailPlan, HeadlessPlan, PictureName, Plan};
 use crate::stats::{self, Frame, Report, Timings, skinning_words};
 use crate::view::{self, Viewer, frame_config};
 use crate::{Error, Result, Talk};
@@ -34,6 +35,15 @@ pub fn render(
     let mut warnings = Vec::new();
     if detail.draw.shadows > 0 && backend.word() == "cpu" {
         let message = "the software rasteriser draws no shadows (--shadows)".to_owned();
+        talk.say(&message);
+        warnings.push(message);
+    }
+    let mut film = match &headless.out {
+        Some(PictureName::Film(path)) => Some(Film::begin(path, headless.dt_s)?),
+        _ => None,
+    };
+    if plan.reference_camera && backend.word() == "cpu" {
+        let message = "the software rasteriser has no reference camera (--reference-camera)".to_owned();
         talk.say(&message);
         warnings.push(message);
     }
@@ -68,15 +78,29 @@ pub fn render(
             }
         }
         if let Some(name) = headless.out.as_ref().filter(|name| name.wants(number, headless.frames)) {
-            let png = backend.picture()?.to_png();
-            match name.file_of(number, headless.frames) {
-                Some(file) => {
+            let mut picture = backend.picture()?;
+            if plan.reference_camera {
+                let aspect = plan.size[0] as f32 / plan.size[1] as f32;
+                let other = view::reference_camera(crowd, &camera, aspect);
+                let other = frame_config(&other, plan.size, time_s, &detail, config.budget);
+                if let Some(other) = backend.reference_picture([&config, &other], detail.draw)? {
+                    picture.put_into_corner(&other.reduced());
+                }
+            }
+            let png = picture.to_png();
+            match (&mut film, name.file_of(number, headless.frames)) {
+                (Some(film), _) => film.add(&png)?,
+                (None, Some(file)) => {
                     write_file(&file, &png)?;
                     pictures.push(file.display().to_string());
                 }
-                None => write_stdout(stdout, &png)?,
+                (None, None) => write_stdout(stdout, &png)?,
             }
         }
+    }
+    if let (Some(film), Some(PictureName::Film(path))) = (film, &headless.out) {
+        film.end()?;
+        pictures.push(path.display().to_string());
     }
     if let Some(complaint) = governor.as_ref().and_then(Governor::complaint) {
         talk.say(&complaint);

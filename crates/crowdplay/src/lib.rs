@@ -11,6 +11,7 @@ pub mod cpu_backend;
 pub mod cpu_levels;
 pub mod crowd;
 pub mod error;
+pub mod film;
 pub mod governor;
 pub mod gpu_backend;
 pub mod gpu_device;

@@ -37,8 +37,17 @@ pub struct Knobs {
     pub time_scale: f32,
     /// The overlay is shown.
     pub visible: bool,
+    /// A second camera is shown in the corner.
+    pub reference: bool,
     /// A picture is wanted.
     pub screenshot: bool,
+}
+
+impl Knobs {
+    /// Whether the technique keeps a frame that a second camera can show.
+    pub fn can_show_reference(&self) -> bool {
+        !self.draw.occludes() && !matches!(self.draw.technique, Technique::PseudoInstancing | Technique::Discrete)
+    }
 }
 
 /// What the overlay shows.
@@ -264,6 +273,9 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
         ui.checkbox(&mut knobs.draw.occlusion, "leave out whom others hide (O)")
             .on_hover_text("Two-phase occlusion culling: who was in sight first, then who comes into it");
     }
+    ui.add_enabled(knobs.can_show_reference(), egui::Checkbox::new(&mut knobs.reference, "reference camera (C)"))
+        .on_hover_text("All of the crowd from outside, with this camera's frustum; who is culled is a dot")
+        .on_disabled_hover_text("Not with occlusion culling, pseudo-instancing or discrete levels");
     ui.horizontal(|ui| {
         ui.label("Shadow maps");
         for maps in 0..=4 {
@@ -310,6 +322,7 @@ fn keys(ui: &mut Ui, control: &CameraControl) {
         ("Space", "pause".to_owned()),
         ("O", "occlusion culling".to_owned()),
         ("F", "freeze culling and levels".to_owned()),
+        ("C", "reference camera".to_owned()),
         ("R", "first view".to_owned()),
         ("P", "save picture".to_owned()),
         ("F1", "hide this".to_owned()),

@@ -15,7 +15,48 @@ pub struct Picture {
     pub pixels: Vec<[u8; 4]>,
 }
 
+/// A picture in the corner of another has one of so many parts of its width and height.
+const INSET_PART: u32 = 3;
+/// Pixels of its frame, and their colour.
+const INSET_FRAME: u32 = 2;
+const INSET_COLOR: [u8; 4] = [245, 245, 245, 255];
+
 impl Picture {
+    /// The same, a third as wide and high, with the means of three by three pixels.
+    pub fn reduced(&self) -> Self {
+        let (width, height) = (self.width / INSET_PART, self.height / INSET_PART);
+        let mean = |x: u32, y: u32| {
+            let mut sum = [0u32; 4];
+            for i in 0..INSET_PART * INSET_PART {
+                let (px, py) = (x * INSET_PART + i % INSET_PART, y * INSET_PART + i / INSET_PART);
+                let pixel = self.pixels[(py * self.width + px) as usize];
+                sum.iter_mut().zip(pixel).for_each(|(sum, value)| *sum += u32::from(value));
+            }
+            sum.map(|sum| (sum / (INSET_PART * INSET_PART)) as u8)
+        };
+        let pixels = (0..width * height).map(|i| mean(i % width, i / width)).collect();
+        Self { width, height, pixels }
+    }
+
+    /// Puts a reduced picture with a frame into the lower right corner, as far as there is room.
+    pub fn put_into_corner(&mut self, small: &Self) {
+        let margin = 2 * INSET_FRAME;
+        let (across, down) = (small.width + 2 * INSET_FRAME, small.height + 2 * INSET_FRAME);
+        if small.pixels.is_empty() || across + margin > self.width || down + margin > self.height {
+            return;
+        }
+        let (left, top) = (self.width - across - margin, self.height - down - margin);
+        for y in 0..down {
+            for x in 0..across {
+                let inner = (x.wrapping_sub(INSET_FRAME), y.wrapping_sub(INSET_FRAME));
+                let is_inside = inner.0 < small.width && inner.1 < small.height;
+                let pixel =
+                    if is_inside { small.pixels[(inner.1 * small.width + inner.0) as usize] } else { INSET_COLOR };
+                self.pixels[((top + y) * self.width + left + x) as usize] = pixel;
+            }
+        }
+    }
+
     /// PNG bytes, opaque.
     pub fn to_png(&self) -> Vec<u8> {
         use image::codecs::png::{CompressionType, FilterType, PngEncoder};
@@ -72,6 +113,28 @@ pub fn write_stdout(stdout: &mut dyn Write, bytes: &[u8]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_smaller_picture_goes_into_the_corner_or_nowhere() {
+        let of = |width: u32, height: u32, value: u8| Picture {
+            width,
+            height,
+            pixels: vec![[value, value, value, 255]; (width * height) as usize],
+        };
+        let mut large = of(60, 45, 10);
+        let small = of(60, 45, 200).reduced();
+        assert_eq!((small.width, small.height, small.pixels[0]), (20, 15, [200, 200, 200, 255]));
+        large.put_into_corner(&small);
+        let count = |value: u8| large.pixels.iter().filter(|pixel| pixel[0] == value).count();
+        assert_eq!((count(200), count(245)), (300, 24 * 19 - 300));
+        assert_eq!(large.pixels[0][0], 10);
+        for side in [1, 2, 5, 8] {
+            let mut tiny = of(side, side, 10);
+            let reduced = tiny.reduced();
+            tiny.put_into_corner(&reduced);
+            assert_eq!(tiny.pixels.len(), (side * side) as usize);
+        }
+    }
 
     #[test]
     fn a_picture_survives_its_png() {

@@ -30,6 +30,8 @@ pub struct Plan {
     pub size: [u32; 2],
     /// JSON report; `-` is standard output.
     pub report: Option<PathBuf>,
+    /// A second camera is shown in a corner.
+    pub reference_camera: bool,
     /// Where the camera went, as a camera path.
     pub record_camera: Option<PathBuf>,
     /// Window or pictures.
@@ -276,6 +278,8 @@ pub enum PictureName {
     Stdout,
     /// The last frame, to a file.
     Last(PathBuf),
+    /// All frames, to a film.
+    Film(PathBuf),
     /// Each frame: text before the number, digits to pad to, text after it.
     Each {
         /// Before.
@@ -294,7 +298,10 @@ impl PictureName {
         if text == "-" {
             return Ok(Self::Stdout);
         }
-        let Some((before, rest)) = text.split_once('%') else { return Ok(Self::Last(out.to_owned())) };
+        let Some((before, rest)) = text.split_once('%') else {
+            let is_film = crate::film::is_film(out);
+            return Ok(if is_film { Self::Film(out.to_owned()) } else { Self::Last(out.to_owned()) });
+        };
         let refused = || Error::Parameter {
             option: "--out",
             found: text.to_owned(),
@@ -312,7 +319,7 @@ impl PictureName {
     pub fn file_of(&self, frame: u32, frames: u32) -> Option<PathBuf> {
         match self {
             Self::Stdout => None,
-            Self::Last(path) => (frame + 1 == frames).then(|| path.clone()),
+            Self::Last(path) | Self::Film(path) => (frame + 1 == frames).then(|| path.clone()),
             Self::Each { before, digits, after } => {
                 Some(PathBuf::from(format!("{before}{frame:0width$}{after}", width = digits)))
             }
@@ -321,7 +328,7 @@ impl PictureName {
 
     /// Whether the frame's pixels are needed at all.
     pub fn wants(&self, frame: u32, frames: u32) -> bool {
-        frame + 1 == frames || matches!(self, Self::Each { .. })
+        frame + 1 == frames || matches!(self, Self::Each { .. } | Self::Film(_))
     }
 }
 
@@ -364,6 +371,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
     check_occlusion(args)?;
     check_skinning(args)?;
     check_simulator(args)?;
+    check_reference(args)?;
     if args.shadows > 0 && args.backend == BackendWord::Cpu {
         return Err(Error::Parameter {
             option: "--shadows",
@@ -422,6 +430,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
         machine: MachinePlan { backend: args.backend, adapter: args.adapter.clone(), samples: args.msaa },
         size: args.size,
         report: args.report.clone(),
+        reference_camera: args.reference_camera,
         record_camera: args.record_camera.clone(),
         show,
     })
@@ -439,6 +448,22 @@ fn check_skinning(args: &Args) -> Result<()> {
             refused(format!("{word} with --technique {other}"), "with --technique bucketed")
         }
         _ if args.backend == BackendWord::Cpu => refused(format!("{word} with --backend cpu"), "with a GPU"),
+        _ => Ok(()),
+    }
+}
+
+/// What a second camera shows is kept by the techniques that cull by spheres, and not by occlusion culling.
+fn check_reference(args: &Args) -> Result<()> {
+    let refused = |found: String, allowed: &str| {
+        Err(Error::Parameter { option: "--reference-camera", found, allowed: allowed.to_owned() })
+    };
+    match args.technique {
+        _ if !args.reference_camera => Ok(()),
+        Some(other @ (Technique::PseudoInstancing | Technique::Discrete)) => {
+            refused(format!("with --technique {other}"), "with instanced, reform, static-floor or bucketed")
+        }
+        _ if args.occlusion == Switch::On => refused("with --occlusion on".to_owned(), "with --occlusion off"),
+        _ if args.backend == BackendWord::Cpu => refused("with --backend cpu".to_owned(), "with a GPU"),
         _ => Ok(()),
     }
 }
@@ -635,6 +660,9 @@ mod tests {
             &["--motion-graph", "auto", "--walk"],
             &["--motion-graph", "dance.txt", "--flock", "100"],
             &["--simulate", "gpu"],
+            &["--reference-camera", "--backend", "cpu"],
+            &["--reference-camera", "--occlusion", "on"],
+            &["--reference-camera", "--technique", "b2"],
             &["--simulate", "cpu", "--walk"],
             &["--flock", "9", "--simulate", "gpu", "--backend", "cpu"],
             &["--eye", "1,2,3", "--target", "1,2,3"],

@@ -74,6 +74,12 @@ fn made_for(way: CameraWay, crowd: &Crowd, fov_y_rad: f32) -> CameraPath {
     }
 }
 
+/// A camera that has all of the crowd and another camera in view.
+pub fn reference_camera(crowd: &Crowd, seen: &Camera, aspect: f32) -> Camera {
+    let Bounds { min, max, .. } = crowd.bounds;
+    crowd_scene::overlook(min.min(seen.eye), max.max(seen.eye), aspect)
+}
+
 /// Adds a camera to a recording that may have to begin.
 pub fn record(recording: &mut Option<CameraPath>, time_s: f32, camera: &Camera) {
     match recording {

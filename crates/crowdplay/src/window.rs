@@ -6,7 +6,7 @@ use crate::cli::BackendWord;
 use crate::cpu_backend::CpuBackend;
 use crate::crowd::Crowd;
 use crate::governor::Governor;
-use crate::gpu_backend::{Canvas, bake_frame, renderer_options};
+use crate::gpu_backend::{Canvas, bake_frame, draw_reference, renderer_options};
 use crate::gpu_device::{self, Gpu};
 use crate::headless::{report, write_recording};
 use crate::overlay::{self, Knobs, Readings};
@@ -144,6 +144,8 @@ struct Running {
     gpu: Gpu,
     painter: Painter,
     simulation: Option<Simulation>,
+    /// What the second camera saw of the frame before, in the corner.
+    corner: Option<egui::TextureHandle>,
     samples: u32,
     lod_depths_m: Option<[f32; 2]>,
     knobs: Knobs,
@@ -234,6 +236,7 @@ impl Running {
             paused: false,
             time_scale: 1.0,
             visible: true,
+            reference: plan.reference_camera && !on_cpu,
             screenshot: false,
         };
         Ok(Self {
@@ -241,6 +244,7 @@ impl Running {
             gpu,
             painter,
             simulation,
+            corner: None,
             samples,
             lod_depths_m: plan.detail.lod_depths_m,
             motion: knobs.motion,
@@ -309,6 +313,7 @@ impl Running {
             KeyCode::Space => self.knobs.paused = !self.knobs.paused,
             KeyCode::KeyF => self.knobs.draw.frozen = !self.knobs.draw.frozen,
             KeyCode::KeyO => self.knobs.draw.occlusion = !self.knobs.draw.occlusion,
+            KeyCode::KeyC => self.knobs.reference = !self.knobs.reference,
             KeyCode::KeyR => self.control.reset(),
             KeyCode::KeyP => self.knobs.screenshot = true,
             KeyCode::F1 => self.knobs.visible = !self.knobs.visible,
@@ -372,6 +377,7 @@ impl Running {
         }
         let budget = self.knobs.budget;
         self.draw(crowd, &config)?;
+        self.show_reference(crowd, &camera, &config, &detail)?;
         self.frame_count += 1;
         self.govern(dt_s * 1e3);
         if let Some(frames) = &mut self.frames {
@@ -431,7 +437,7 @@ impl Running {
     }
 
     fn draw(&mut self, crowd: &Crowd, config: &FrameConfig) -> Result<()> {
-        let Self { screen, gpu, painter, simulation, knobs, readings, control, .. } = self;
+        let Self { screen, gpu, painter, simulation, corner, knobs, readings, control, .. } = self;
         if let Painter::Cpu(cpu, image) = painter {
             cpu.resize(screen.size());
             readings.totals = cpu.draw(crowd, config, knobs.draw);
@@ -444,6 +450,9 @@ impl Running {
                 let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
                 let area = ui.ctx().content_rect();
                 ui.ctx().layer_painter(egui::LayerId::background()).image(image, area, whole, egui::Color32::WHITE);
+            }
+            if let Some(image) = corner {
+                paint_corner(ui, image);
             }
             overlay::show(ui, knobs, readings, control);
         });
@@ -465,6 +474,32 @@ impl Running {
             readings.stages_ms = renderer.timings_ms();
             readings.gpu_bytes = renderer.gpu_bytes();
             readings.skinning = Some(renderer.skinning(knobs.draw.skinning));
+        }
+        Ok(())
+    }
+
+    /// Draws what the second camera sees; the next frame shows it.
+    fn show_reference(
+        &mut self,
+        crowd: &Crowd,
+        camera: &crowd_scene::Camera,
+        config: &FrameConfig,
+        detail: &DetailPlan,
+    ) -> Result<()> {
+        let Self { screen, gpu, painter, knobs, corner, .. } = self;
+        let Painter::Gpu(renderer) = painter else { return Ok(()) };
+        if !knobs.reference || !knobs.can_show_reference() {
+            *corner = None;
+            return Ok(());
+        }
+        let size = screen.size();
+        let other = view::reference_camera(crowd, camera, size[0] as f32 / size[1].max(1) as f32);
+        let other = frame_config(&other, size, config.time_s, detail, config.budget);
+        match draw_reference(gpu, renderer, size, screen.scene_format(), [config, &other], knobs.draw) {
+            Ok(picture) => show_image(&screen.egui, corner, &picture.reduced()),
+            // A window that is hidden draws no frame that could be seen from elsewhere.
+            Err(Error::Stages(crowd_stages::Error::NoFrame { .. })) => *corner = None,
+            Err(error) => return Err(error),
         }
         Ok(())
     }
@@ -520,6 +555,16 @@ impl Running {
         report.timings = Timings::of(&report.frames);
         report
     }
+}
+
+/// The second camera's picture, pixel for pixel, in the lower right corner.
+fn paint_corner(ui: &egui::Ui, image: &egui::TextureHandle) {
+    let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
+    let size = image.size_vec2() / ui.ctx().pixels_per_point();
+    let area = egui::Rect::from_min_size(ui.ctx().content_rect().max - size - egui::vec2(6.0, 6.0), size);
+    let painter = ui.ctx().layer_painter(egui::LayerId::background());
+    painter.rect_filled(area.expand(2.0), 0.0, egui::Color32::from_gray(245));
+    painter.image(image.id(), area, whole, egui::Color32::WHITE);
 }
 
 fn show_image(egui: &egui::Context, image: &mut Option<egui::TextureHandle>, picture: &Picture) {

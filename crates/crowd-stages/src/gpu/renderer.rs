@@ -1,8 +1,12 @@
 //! The renderer: the shared selection, what the technique adds, then the draw, recorded into an engine's encoder.
 
+mod borrow;
+mod reference;
+
 use super::draw_crowd::{DrawCrowd, Part};
+use super::draw_reference::DrawReference;
 use super::draw_scenery::DrawScenery;
-use super::feed::{BoundFeed, InstanceFeed};
+use super::feed::BoundFeed;
 use super::occlusion::Occlusion;
 use super::play_motion::{Motion, MotionPlan, check_motion};
 use super::read_back::{self, Meters, ReadBack, RunCounter, StageClock};
@@ -93,6 +97,8 @@ pub struct CrowdRenderer {
     occlusion: Option<Occlusion>,
     /// The same.
     shadows: Option<Shadows>,
+    /// The same.
+    reference: Option<DrawReference>,
     /// Schedules of the instances, where they go by any.
     motion: Option<Motion>,
     /// Without shadows.
@@ -146,6 +152,7 @@ impl CrowdRenderer {
             selection: Selection::new(device, &crowd, &frame),
             unshaded: Light::new(device, draw.light_layout(), 1, 1)?,
             shadows: None,
+            reference: None,
             motion: None,
             bounds: CrowdBounds::default(),
             draw,
@@ -240,50 +247,6 @@ impl CrowdRenderer {
         self.return_instances(queue);
         self.hold(instances.len() as u32, instances.iter().map(|instance| instance.character).collect());
         Ok(())
-    }
-
-    /// Draws a simulator's instances from its own buffer until [`Self::set_instances`] is called: every frame takes what is in it
-    /// then, checks it on the GPU and refuses what could not be drawn ([`FrameTotals::refused_count`]). The CPU's work does not
-    /// grow with their number.
-    ///
-    /// # Errors
-    /// [`Error::Limit`] for more than `max_instances` or a buffer that is too small for `most`, [`Error::Feed`] for one that is not
-    /// for storage, or a number of characters that is not `most`, [`Error::Instance`] for a character that is not there.
-    pub fn borrow_instances(
-        &mut self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        feed: &InstanceFeed<'_>,
-    ) -> Result<()> {
-        let (most, allowed) = (feed.most, self.options.max_instances);
-        if most > allowed {
-            let remedy = "make the renderer with a larger max_instances";
-            return Err(Error::Limit { what: "instances", needed: most.into(), allowed: allowed.into(), remedy });
-        }
-        if !feed.characters.is_empty() && feed.characters.len() != most as usize {
-            return Err(Error::Feed { what: "characters of instances", problem: "another number than `most`" });
-        }
-        let count = self.characters.len() as u32;
-        if let Some(index) = feed.characters.iter().position(|character| *character >= count) {
-            return Err(Error::Instance { index, what: "character", found: feed.characters[index], allowed: count });
-        }
-        let mut up = Uploader { device, queue, bytes: 0 };
-        let bound = BoundFeed::new(&mut up, feed, &self.crowd, &self.frame, count)?;
-        self.return_instances(queue);
-        self.buffer_bytes += bound.bytes;
-        self.feed = Some(bound);
-        self.bounds = feed.bounds;
-        self.hold(most, feed.characters.to_vec());
-        Ok(())
-    }
-
-    /// Forgets a simulator's instances.
-    fn return_instances(&mut self, queue: &wgpu::Queue) {
-        if let Some(feed) = self.feed.take() {
-            self.buffer_bytes -= feed.bytes;
-            self.holds_frame = Default::default();
-            queue.write_buffer(&self.frame.totals, 0, bytemuck::bytes_of(&FrameTotals::default()));
-        }
     }
 
     /// Takes note of who the instances are.
@@ -414,12 +377,7 @@ impl CrowdRenderer {
         if options.shadows > 0 {
             self.fit_shadows(device, queue, shadow_side(size.1))?;
         }
-        let config = self.complete(config, &options);
-        let clip_from_world = Mat4::from_cols_array_2d(&config.clip_from_world);
-        let draw_config = DrawConfig::new(&clip_from_world, size.0, size.1, self.layer_side);
-        queue.write_buffer(&self.frame.config, 0, bytemuck::bytes_of(&config));
-        queue.write_buffer(&self.frame.draw_config, 0, bytemuck::bytes_of(&draw_config));
-
+        let (config, draw_config) = self.write_uniforms(queue, size, config, &options);
         let painter = self.painters[options.technique.number()].as_ref().expect("prepared above");
         if !painter.is_ready() {
             return Err(Error::NoFloor);
@@ -490,6 +448,22 @@ impl CrowdRenderer {
             self.trial.drawn(number, options.skinning, skinning, self.meters.clock.is_some());
         }
         Ok(())
+    }
+
+    /// Writes what the shaders know of a frame.
+    fn write_uniforms(
+        &self,
+        queue: &wgpu::Queue,
+        size: (u32, u32),
+        config: &FrameConfig,
+        options: &DrawOptions,
+    ) -> (FrameConfig, DrawConfig) {
+        let config = self.complete(config, options);
+        let clip_from_world = Mat4::from_cols_array_2d(&config.clip_from_world);
+        let draw_config = DrawConfig::new(&clip_from_world, size.0, size.1, self.layer_side);
+        queue.write_buffer(&self.frame.config, 0, bytemuck::bytes_of(&config));
+        queue.write_buffer(&self.frame.draw_config, 0, bytemuck::bytes_of(&draw_config));
+        (config, draw_config)
     }
 
     /// Sets up shadow maps of that side, unless they are.

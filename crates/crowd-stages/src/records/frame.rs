@@ -167,6 +167,14 @@ impl DrawConfig {
     }
 }
 
+/// Corners of a view's frustum in the world, a uniform of 128 bytes: bit 0 of their number is right, bit 1 up, bit 2 far.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct FrustumCorners {
+    /// Metres; the fourth is 1.
+    pub corners: [[f32; 4]; 8],
+}
+
 /// What a frame came to, 52 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]

@@ -34,8 +34,18 @@ full detail), pop_rmse, pop_px, pop_energy (of --pops; the last is pop_px square
 Exit codes: those of the player, and 4 when a condition does not hold.";
 
 /// Words of the player that mean nothing here.
-const FOREIGN: [&str; 9] =
-    ["target_ms", "freeze", "headless", "frames", "out", "report", "technique", "list_adapters", "completions"];
+const FOREIGN: [&str; 10] = [
+    "target_ms",
+    "freeze",
+    "reference_camera",
+    "headless",
+    "frames",
+    "out",
+    "report",
+    "technique",
+    "list_adapters",
+    "completions",
+];
 
 /// What only a bench is asked.
 #[derive(Debug, Clone, clap::Args)]

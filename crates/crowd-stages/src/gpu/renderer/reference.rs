@@ -1,0 +1,78 @@
+//! The newest frame as a reference camera sees it.
+
+use super::super::draw_crowd::Part;
+use super::super::draw_reference::DrawReference;
+use super::super::stage_recorder::StageRecorder;
+use super::super::techniques::FrameContext;
+use super::super::upload::Uploader;
+use super::{CrowdRenderer, RendererOptions};
+use crate::{DrawOptions, Error, FrameConfig, Result, Skinning, Technique};
+
+impl CrowdRenderer {
+    /// Draws the newest frame of `options.technique` once more as another camera sees it: who was drawn, at the levels chosen for
+    /// `seen`; those whom the frustum of `seen` does not meet as dots, and its edges. Without shadows; totals and times stay those
+    /// of the frame. Dong & Peng 2019 show their culling so.
+    ///
+    /// `seen`: of the frame; `reference`: the other camera. Submit the frame before, as with every two frames. Techniques that cull by
+    /// other rules than `cull_instances` (pseudo-instancing, discrete) show no dots.
+    ///
+    /// # Errors
+    /// [`Error::NoFrame`] where the technique has not drawn the present instances, or with occlusion culling, which keeps no frame;
+    /// those of [`Self::encode`].
+    pub fn encode_reference(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        color: &wgpu::TextureView,
+        size: (u32, u32),
+        [seen, reference]: [&FrameConfig; 2],
+        options: impl Into<DrawOptions>,
+    ) -> Result<()> {
+        let options = DrawOptions { frozen: true, shadows: 0, ..options.into() };
+        let technique = options.technique;
+        if !self.holds_frame[technique.number()] {
+            return Err(Error::NoFrame { technique });
+        }
+        let skinning = self.prepare_skinning(device, queue, &options);
+        self.draw.fit_targets(device, size, false)?;
+        if self.reference.is_none() {
+            let mut up = Uploader { device, queue, bytes: 0 };
+            let RendererOptions { color_format, sample_count, .. } = self.options;
+            let (crowd, frame, light) = (&self.crowd, &self.frame, self.draw.light_layout());
+            self.reference = Some(DrawReference::new(&mut up, crowd, frame, color_format, sample_count, light)?);
+            self.buffer_bytes += up.bytes;
+        }
+        let marks = self.reference.as_ref().expect("set above");
+        marks.look_at(queue, seen, &self.bounds);
+        let (config, _) = self.write_uniforms(queue, size, reference, &options);
+        let painter = self.painters[technique.number()].as_ref().expect("it has drawn a frame");
+        let context = self.context(&config, options, skinning);
+        let mut recorder = StageRecorder::new(encoder, None);
+        if let Some(feed) = &self.feed {
+            feed.record_count(recorder.encoder, &self.frame);
+        }
+        painter.record_frozen(&mut recorder, &context);
+        let mut pass = self.draw.begin(recorder.encoder, color, None, Part::Only, self.unshaded.bound());
+        if let Some(scenery) = &self.scenery {
+            scenery.draw(&mut pass);
+        }
+        painter.draw(&mut pass, &context);
+        let has_culled = !matches!(technique, Technique::PseudoInstancing | Technique::Discrete);
+        marks.draw(&mut pass, has_culled, self.instance_count);
+        Ok(())
+    }
+
+    fn context<'a>(&'a self, config: &'a FrameConfig, options: DrawOptions, skinning: Skinning) -> FrameContext<'a> {
+        FrameContext {
+            crowd: &self.crowd,
+            selection: &self.selection,
+            occlusion: self.occlusion.as_ref().filter(|_| options.occludes()),
+            config,
+            options,
+            skinning,
+            characters: &self.instance_characters,
+            full_detail_totals: &self.full_detail_totals,
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Films: frames piped as pictures into ffmpeg, where that is installed.
+
+use crate::{Error, Result};
+use std::io::{Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+/// Endings of names that are films.
+pub const ENDINGS: [&str; 6] = ["mp4", "mkv", "webm", "mov", "avi", "gif"];
+
+/// Whether a name is a film's.
+pub fn is_film(path: &Path) -> bool {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    ending.is_some_and(|ending| ENDINGS.iter().any(|film| film.eq_ignore_ascii_case(ending)))
+}
+
+/// A film being made. Dropped before its end, it leaves nothing behind.
+pub struct Film {
+    path: PathBuf,
+    /// What ffmpeg writes; renamed at the end.
+    unfinished: tempfile::TempPath,
+    ffmpeg: Child,
+    /// What it complains of.
+    said: std::fs::File,
+}
+
+impl Film {
+    /// Starts ffmpeg. `dt_s`: seconds a frame; 0 counts as 1/30.
+    ///
+    /// # Errors
+    /// [`Error::Machine`] where there is no ffmpeg, [`Error::Output`] where the folder cannot be written to.
+    pub fn begin(path: &Path, dt_s: f32) -> Result<Self> {
+        let refused = |source| Error::Output { path: path.to_owned(), source };
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        std::fs::create_dir_all(folder).map_err(refused)?;
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        // ffmpeg knows the format by the ending.
+        let unfinished = tempfile::Builder::new()
+            .prefix(".crowdplay-")
+            .suffix(&format!(".{ending}"))
+            .tempfile_in(folder)
+            .map_err(refused)?
+            .into_temp_path();
+        let said = tempfile::tempfile().map_err(refused)?;
+        let rate_hz = if dt_s > 0.0 { (1.0 / f64::from(dt_s)).clamp(0.01, 1000.0) } else { 30.0 };
+        let mut command = Command::new("ffmpeg");
+        command.args(["-loglevel", "error", "-y", "-f", "image2pipe", "-c:v", "png", "-framerate"]);
+        command.arg(format!("{rate_hz:.6}")).args(["-i", "-"]);
+        if ending != "gif" {
+            // What players know; it has colours for two by two pixels.
+            command.args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]);
+        }
+        command.arg(&*unfinished).stdin(Stdio::piped()).stdout(Stdio::null());
+        command.stderr(said.try_clone().map_err(refused)?);
+        let ffmpeg = command.spawn().map_err(|error| Error::Machine {
+            what: format!("a film needs ffmpeg, which does not start: {error}"),
+            remedy: "install it, or write pictures (--out frame-%04d.png)",
+        })?;
+        Ok(Self { path: path.to_owned(), unfinished, ffmpeg, said })
+    }
+
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// [`Error::Output`] when ffmpeg has given up, with its words.
+    pub fn add(&mut self, png: &[u8]) -> Result<()> {
+        let pipe = self.ffmpeg.stdin.as_mut().expect("it was asked for, and is taken at the end alone");
+        pipe.write_all(png).map_err(|_| self.failure())
+    }
+
+    /// Ends the film and puts it in its place.
+    ///
+    /// # Errors
+    /// [`Error::Output`] when ffmpeg did not make it, with its words.
+    pub fn end(mut self) -> Result<()> {
+        drop(self.ffmpeg.stdin.take());
+        match self.ffmpeg.wait() {
+            Ok(status) if status.success() => {}
+            _ => return Err(self.failure()),
+        }
+        let Self { path, unfinished, .. } = self;
+        unfinished.persist(&path).map_err(|error| Error::Output { path, source: error.error })
+    }
+
+    fn failure(&mut self) -> Error {
+        // Nothing more comes in: it ends by itself.
+        drop(self.ffmpeg.stdin.take());
+        let _ = self.ffmpeg.wait();
+        let mut words = Vec::new();
+        let _ = self.said.rewind();
+        let _ = (&self.said).take(2000).read_to_end(&mut words);
+        let words = String::from_utf8_lossy(&words).trim().replace('\n', "; ");
+        Error::Output { path: self.path.clone(), source: std::io::Error::other(format!("ffmpeg: {words}")) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn films_are_known_by_their_ending() {
+        for film in ["a.mp4", "b/c.MKV", "d.gif"] {
+            assert!(is_film(Path::new(film)), "{film}");
+        }
+        for other in ["a.png", "mp4", "a.mp4.png", "-"] {
+            assert!(!is_film(Path::new(other)), "{other}");
+        }
+    }
+}
