@@ -40,6 +40,10 @@ bench-crowd-morphs:
 bench-peng2011:
     cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b3,bucketed --counts 32,64,128,256,512,1024,2048,4096,8192 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/benchmarks/peng2011.md
 
+# Write docs/benchmarks/dong2019.md again: N from 1 to 20 million and 30,000 people, pseudo-instancing and points beside their method and ours (ten minutes on software Vulkan)
+bench-dong2019:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,p,b3,bucketed --count 30000 --budgets 1000000,5000000,10000000,20000000 --size 640x360 --msaa 1 --rounds 2 --warm-up 1 --dots 0 --markdown docs/benchmarks/dong2019.md
+
 # Write docs/benchmarks/pops.md again: how much changes from frame to frame by levels alone, on a camera that goes through the crowd
 bench-pops:
     cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b2,b3,bucketed,bucketed+jumps --counts 256 --size 640x360 --msaa 4 --rounds 60 --warm-up 1 --camera-path line --dots 0 --budget 100000 --pops --markdown docs/benchmarks/pops.md --assert 'pop_energy:bucketed/b2 <= 0.1' --assert 'pop_energy:bucketed/bucketed+jumps <= 0.25'

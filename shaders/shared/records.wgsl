@@ -29,6 +29,8 @@ const RESERVE_PART: u32 = 128u;
 // Levels of dots below a character's coarsest mesh, and vertices of a dot.
 const DOT_LEVELS: u32 = 5u;
 const DOT_VERTICES: u32 = 3u;
+// Densities of points in a far character's place.
+const POINT_LEVELS: u32 = 4u;
 
 // Shadow maps of the sun.
 const MAX_CASCADES: u32 = 4u;
@@ -290,6 +292,7 @@ struct BucketRecord {
     first_index: u32,
     coarser_vertex_count: u32,
     vertex_offset: u32,
+    index_count: u32,
 }
 
 struct BucketSet {

@@ -73,7 +73,7 @@ fn write_draws(lane: u32, first: u32, end: u32) -> u32 {
         }
         let bucket = buckets[b];
         draw_args[place] = DrawArgs(
-            bucket.triangle_count * 3u,
+            bucket.index_count,
             instance_count,
             bucket.first_index,
             i32(bucket.vertex_offset),

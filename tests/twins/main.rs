@@ -15,6 +15,7 @@ mod flocks;
 mod gather_drawn;
 mod join_phases;
 mod key_instances;
+mod key_points;
 mod occlusion;
 mod orphans;
 mod place_boids;

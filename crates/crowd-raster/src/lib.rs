@@ -12,6 +12,7 @@ mod bin;
 mod clip;
 mod compare;
 mod cover;
+mod dabs;
 mod draw;
 pub mod ground;
 pub mod light;
@@ -23,6 +24,7 @@ mod texture;
 mod types;
 
 pub use compare::{ImageDifference, compare_images};
+pub use dabs::{Dab, draw_dabs};
 pub use draw::{draw, draw_many};
 pub use ground::{draw_ground, draw_sky};
 pub use picture::{downsample, encode_jpeg, encode_png};

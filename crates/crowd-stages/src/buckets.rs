@@ -3,12 +3,16 @@
 use crate::cpu::surviving;
 use crate::dispatch::{DOT_LEVELS, DOT_VERTICES, ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT};
 use crate::dots::{DOT_COUNTS, dots_are_coarser};
-use crate::{BucketCounts, BucketRecord, BucketSet, CrowdData, DiscreteConfig, Error, OriginRecord, Result};
+use crate::points::{MOST_POINTS, POINT_COUNTS};
+use crate::{
+    BucketCounts, BucketRecord, BucketSet, CrowdData, DiscreteConfig, Error, OriginRecord, PointRecord, Result,
+};
 use crowd_pack::{CharacterRecord, LevelRecord, LodRecord, VertexRecord};
 use glam::Vec3;
 
 /// Buckets of a crowd's characters: first all with 16-bit indices, character after character from coarse to fine, then those
-/// with 32-bit indices, and last five levels of dots a character (see `dots.rs`), also with 32-bit indices.
+/// with 32-bit indices, and last five levels of dots a character (see `dots.rs`), or four of points (see `points.rs`), also with
+/// 32-bit indices.
 ///
 /// Only quantised levels have buckets; levels that someone asked for by name are for other programs. Each triangle begins at
 /// its least index, as in [`crate::cpu::reform_level`], so that both ways rasterise the very same triangles.
@@ -38,6 +42,23 @@ impl Buckets {
     /// # Errors
     /// [`Error::Tables`] when a character has no levels with index tables, or tables that are not in the data.
     pub fn of(data: &CrowdData) -> Result<Self> {
+        let mut buckets = Self::of_meshes(data)?;
+        data.characters.iter().for_each(|character| buckets.add_dots(character));
+        Ok(buckets)
+    }
+
+    /// The same with levels of points in the place of those of dots: for each character that has points, of as many as
+    /// [`POINT_COUNTS`] says. `points`: of [`crate::surface_points`].
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn with_points(data: &CrowdData, points: &[Option<Vec<PointRecord>>]) -> Result<Self> {
+        let mut buckets = Self::of_meshes(data)?;
+        buckets.add_points(&data.characters, points);
+        Ok(buckets)
+    }
+
+    fn of_meshes(data: &CrowdData) -> Result<Self> {
         let joints = data.characters.iter().map(|character| character.joint_count).max();
         let mut buckets = Self { palette_rows: joints.unwrap_or(0).max(1) * 3, ..Self::default() };
         let mut wide = (Vec::new(), Vec::new());
@@ -71,7 +92,6 @@ impl Buckets {
         buckets.records.extend(wide.0);
         buckets.bounds_m.extend(wide.1);
         buckets.mesh_count = buckets.records.len() as u32;
-        data.characters.iter().for_each(|character| buckets.add_dots(character));
         Ok(buckets)
     }
 
@@ -85,8 +105,33 @@ impl Buckets {
             self.indices_32.extend((0..corners).map(|corner| first_dot * DOT_VERTICES + corner));
             first_dot += dots;
             let (vertex_count, triangle_count) = (corners, corners / DOT_VERTICES);
-            let record = BucketRecord { vertex_count, triangle_count, first_index, ..BucketRecord::default() };
-            self.records.push(record);
+            let index_count = corners;
+            self.records.push(BucketRecord {
+                vertex_count,
+                triangle_count,
+                first_index,
+                index_count,
+                ..BucketRecord::default()
+            });
+        }
+    }
+
+    /// Levels of points, which share one run of indices; those that are finer than full detail stay empty.
+    fn add_points(&mut self, characters: &[CharacterRecord], points: &[Option<Vec<PointRecord>>]) {
+        let first_index = self.indices_32.len() as u32;
+        self.indices_32.extend(0..MOST_POINTS);
+        for (number, (character, points)) in (0..).zip(characters.iter().zip(points)) {
+            for count in POINT_COUNTS {
+                let is_coarser = points.is_some() && count < character.vertex_count;
+                let count = if is_coarser { count } else { 0 };
+                self.records.push(BucketRecord {
+                    vertex_count: count,
+                    index_count: count,
+                    first_index,
+                    vertex_offset: number * MOST_POINTS,
+                    ..BucketRecord::default()
+                });
+            }
         }
     }
 
@@ -108,7 +153,15 @@ impl Buckets {
             self.indices_32.extend(triangles.iter().copied().flat_map(from_least));
         }
         let (vertex_count, triangle_count) = (level.vertex_count, level.triangle_count);
-        Some(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count, vertex_offset })
+        let index_count = triangle_count * 3;
+        Some(BucketRecord {
+            vertex_count,
+            triangle_count,
+            first_index,
+            coarser_vertex_count,
+            vertex_offset,
+            index_count,
+        })
     }
 
     /// For the shaders.

@@ -5,8 +5,9 @@
 //! are Dong 2019's comparison (§6.2), which keep holes between them; dots have area.
 
 use crate::dispatch::{DOT_LEVELS, DOT_VERTICES};
-use crate::{CrowdData, DotCorner, InstanceRecord, LodChoice, TextureLayer, cpu};
-use crowd_pack::{CharacterRecord, NONE, material_flags};
+use crate::surface_colors::{SurfaceColor, color_at, roots, texels_of};
+use crate::{CrowdData, DotCorner, InstanceRecord, LodChoice, cpu};
+use crowd_pack::{CharacterRecord, NONE};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -78,7 +79,8 @@ fn look_around(data: &CrowdData, number: u32) -> Vec<Sample> {
     if !(extent_m > 0.0 && extent_m.is_finite()) {
         return Vec::new();
     }
-    let paints: Vec<(Vec3, bool)> = posed.triangles.iter().map(|corners| paint(data, character, corners)).collect();
+    let paints: Vec<(Vec3, bool)> =
+        posed.triangles.iter().map(|corners| mean_color(data, character, corners)).collect();
     let pixel_m = extent_m / ROWS as f32;
     let middle = 0.5 * (low + high);
     let mut samples = Vec::new();
@@ -145,40 +147,10 @@ fn nearest_triangles(
 }
 
 /// A triangle's mean colour, linear, and whether light does not change it.
-fn paint(data: &CrowdData, character: &CharacterRecord, corners: &[u32; 3]) -> (Vec3, bool) {
-    let vertices = corners.map(|corner| &data.vertices[(character.vertex_offset + corner) as usize]);
-    let material = character.material_offset + (vertices[0].material_class & 0xffff);
-    let Some(material) = data.materials.get(material as usize) else { return (Vec3::ONE, false) };
-    let corner_color = |color: u32| {
-        let [r, g, b, _] = color.to_le_bytes();
-        Vec3::new(f32::from(r), f32::from(g), f32::from(b)) / 255.0
-    };
-    let mut color = Vec3::from_slice(&material.base_color[..3]);
-    color *= vertices.iter().map(|vertex| corner_color(vertex.color)).sum::<Vec3>() / 3.0;
-    if let Some(layer) = data.layers.get(material.image as usize) {
-        let uvs = vertices.map(|vertex| Vec2::from_array(vertex.uv));
-        color *= texel(layer, uvs, data.layer_side);
-    }
-    (color, material.flags & material_flags::UNLIT != 0)
-}
-
-/// The texel at a triangle's middle, of the mip level whose texels are about as large as the triangle.
-fn texel(layer: &TextureLayer, [a, b, c]: [Vec2; 3], side: u32) -> Vec3 {
-    let texels = (b - a).perp_dot(c - a).abs() * 0.5 * (side * side) as f32;
-    let level = (0.5 * libm::log2f(texels.max(1.0))) as usize;
-    let level = level.min(layer.mips.len().saturating_sub(1));
-    let side = (side as usize >> level).max(1);
-    let at = |u: f32| ((u.rem_euclid(1.0) * side as f32) as usize).min(side - 1);
-    let middle = (a + b + c) / 3.0;
-    let Some([r, g, b, _]) = layer.mips.get(level).and_then(|mip| mip.get(at(middle.y) * side + at(middle.x))) else {
-        return Vec3::ONE;
-    };
-    Vec3::new(linear(*r), linear(*g), linear(*b))
-}
-
-fn linear(srgb: u8) -> f32 {
-    let value = f32::from(srgb) / 255.0;
-    if value <= 0.04045 { value / 12.92 } else { libm::powf((value + 0.055) / 1.055, 2.4) }
+fn mean_color(data: &CrowdData, character: &CharacterRecord, corners: &[u32; 3]) -> (Vec3, bool) {
+    let texels = texels_of(data, character, corners);
+    let SurfaceColor { color, is_unlit, .. } = color_at(data, character, corners, Vec3::splat(1.0 / 3.0), texels);
+    (color.truncate(), is_unlit)
 }
 
 /// So many dots for what is seen: its parts by their middles (Lloyd 1982), begun far apart.
@@ -247,7 +219,7 @@ fn dot<'a>(
     let aspect = (up / across.max(1e-12)).sqrt().clamp(0.25, 4.0);
     // A triangle has the area half width times half height times two.
     let half_width_m = (AREA_FACTOR * area_m2 / (2.0 * aspect)).sqrt();
-    let [r, g, b] = (color / area_m2).to_array().map(|c| (c.clamp(0.0, 1.0).sqrt() * 255.0 + 0.5) as u8);
+    let [r, g, b] = roots(color / area_m2);
     let is_lit = 2.0 * unlit_m2 < area_m2;
     let followed = &data.vertices[(data.characters[character].vertex_offset + nearest.vertex) as usize];
     DotCorner {

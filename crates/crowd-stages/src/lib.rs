@@ -80,12 +80,15 @@ mod data;
 mod dots;
 pub mod gpu;
 mod layers;
+mod points;
 mod records;
+mod surface_colors;
 mod technique;
 
 pub use buckets::{Buckets, DISCRETE_SHARES, discrete_config};
 pub use cascades::{CrowdBounds, SUN_DIRECTION, fit_cascades, shadow_side};
 pub use data::{CrowdData, Error, Result, TextureLayer};
 pub use dots::{DOT_COUNTS, dot_corners};
+pub use points::{MOST_POINTS, POINT_COUNTS, surface_points};
 pub use records::*;
 pub use technique::{DrawOptions, Fit, Levels, Skinning, Technique};

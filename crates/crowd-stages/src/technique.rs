@@ -19,6 +19,9 @@ pub enum Technique {
     /// B4: the triangles that [`Self::Bucketed`] would draw, placed beforehand: what drawing alone costs. Each frame is baked
     /// by [`crate::gpu::CrowdRenderer::bake_floor`] first.
     StaticFloor,
+    /// P: far characters as points of one pixel from their surface, in four densities, near ones at full detail (the comparison of
+    /// Dong 2019 §6.2).
+    Points,
     /// Ours: instances sorted by character and quantised level, one indirect draw for each of those from index tables in
     /// cache order; nothing is written per triangle.
     Bucketed,
@@ -26,8 +29,15 @@ pub enum Technique {
 
 impl Technique {
     /// All, in the order of their short names, ours last.
-    pub const ALL: [Self; 6] =
-        [Self::PseudoInstancing, Self::Instanced, Self::Discrete, Self::Reform, Self::StaticFloor, Self::Bucketed];
+    pub const ALL: [Self; 7] = [
+        Self::PseudoInstancing,
+        Self::Instanced,
+        Self::Discrete,
+        Self::Reform,
+        Self::StaticFloor,
+        Self::Points,
+        Self::Bucketed,
+    ];
 
     /// Place in [`Self::ALL`].
     pub(crate) fn number(self) -> usize {
@@ -42,11 +52,12 @@ impl Technique {
             Self::Discrete => "discrete",
             Self::Reform => "reform",
             Self::StaticFloor => "static-floor",
+            Self::Points => "points",
             Self::Bucketed => "bucketed",
         }
     }
 
-    /// The short name, `b0` to `b4` for what others have published.
+    /// The short name, `b0` to `b4` and `p` for what others have published.
     pub fn short_name(self) -> &'static str {
         match self {
             Self::PseudoInstancing => "b0",
@@ -54,6 +65,7 @@ impl Technique {
             Self::Discrete => "b2",
             Self::Reform => "b3",
             Self::StaticFloor => "b4",
+            Self::Points => "p",
             Self::Bucketed => "bucketed",
         }
     }
@@ -66,6 +78,7 @@ impl Technique {
             Self::Discrete => "Three levels by depth, one instanced draw each a character (Park & Han 2009)",
             Self::Reform => "Continuous levels reformed into one index buffer each frame, one draw (Dong 2019)",
             Self::StaticFloor => "What bucketed draws, placed beforehand: what drawing alone costs",
+            Self::Points => "Far characters as points of their surface (what Dong 2019 compares with)",
             Self::Bucketed => "Instances sorted by character and level, drawn from index tables in cache order",
         }
     }

@@ -144,7 +144,14 @@ fn rust_layouts() -> Vec<Layout> {
         layout!(ShadowConfig { cascades, cascade_count, floor_m, side, reserved }),
         layout!(CascadeStep { cascade, has_choices, reserved_a, reserved_b }),
         layout!(DiscreteConfig { half_diagonal_m, reserved_a, reserved_b, reserved_c }),
-        layout!(BucketRecord { vertex_count, triangle_count, first_index, coarser_vertex_count, vertex_offset }),
+        layout!(BucketRecord {
+            vertex_count,
+            triangle_count,
+            first_index,
+            coarser_vertex_count,
+            vertex_offset,
+            index_count
+        }),
         layout!(BucketSet { first_16, count_16, first_32, level_count }),
         layout!(BucketCounts { bucket_count, count_16, mesh_count, palette_rows }),
         layout!(MorphRecord { coarser_vertex_count, fraction }),
@@ -325,7 +332,7 @@ fn structs_have_the_same_sizes_and_offsets() {
         assert_eq!(layout_difference(&module, &layout), None);
     }
     let structs = module.types.iter().filter(|(_, ty)| matches!(ty.inner, TypeInner::Struct { .. })).count();
-    let own = ["FramePair", "Surface", "MeshVertex", "MeshOrigin", "Owner", "Moved", "Dot"].len();
+    let own = ["FramePair", "Surface", "MeshVertex", "MeshOrigin", "Owner", "Moved", "Dot", "PointSurface"].len();
     assert_eq!(structs - own, rust_layouts().len(), "each struct of records.wgsl has its Rust record");
 }
 
@@ -351,6 +358,7 @@ fn constants_are_the_same() {
         ("SORT_BLOCK_SIZE", dispatch::SORT_BLOCK_SIZE),
         ("DOT_LEVELS", dispatch::DOT_LEVELS),
         ("DOT_VERTICES", dispatch::DOT_VERTICES),
+        ("POINT_LEVELS", dispatch::POINT_LEVELS),
         ("SORT_BLOCK_SIZE", 1 << dispatch::MAX_DIGIT_BITS),
         ("OVERFLOW_BUDGET", overflow::BUDGET),
         ("OVERFLOW_VERTICES", overflow::VERTICES),

@@ -6,7 +6,7 @@ use crate::picture::Picture;
 use crate::scenery::Scenery;
 use crate::{Error, Result};
 use crowd_pack::{CharacterRecord, MaterialRecord, NONE, VertexRecord, material_flags};
-use crowd_raster::{Batch, Fill, Material, Mip, Target, Texture, View, Wrap};
+use crowd_raster::{Batch, Dab, Fill, Material, Mip, Target, Texture, View, Wrap};
 use crowd_stages::{CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, LodChoice, cpu};
 use glam::{Mat4, Vec3};
 use rayon::prelude::*;
@@ -85,6 +85,7 @@ impl CpuBackend {
             crowd_raster::draw(&mut self.target, &view, &batch.as_batch(&self.textures));
             rest = &rest[taken..];
         }
+        self.draw_points(crowd, &frame, &view, config.time_s);
         let ms = |from: Instant, to: Instant| (to - from).as_secs_f32() * 1e3;
         self.timings_ms = vec![
             ("select", ms(start, selected)),
@@ -92,6 +93,21 @@ impl CpuBackend {
             ("pose_and_draw", ms(grounded, Instant::now())),
         ];
         frame.totals
+    }
+
+    /// Draws those who are points.
+    fn draw_points(&mut self, crowd: &Crowd, frame: &cpu::CpuFrame, view: &View, time_s: f32) {
+        for (instance, choice) in crowd.instances.iter().zip(&frame.choices) {
+            if choice.triangle_count == 0 && choice.vertex_count > 0 {
+                let points = self.levels.points(&crowd.data, instance, *choice, time_s);
+                crowd_raster::draw_dabs(
+                    &mut self.target,
+                    view,
+                    &points.into_iter().map(dab).collect::<Vec<_>>(),
+                    self.factor,
+                );
+            }
+        }
     }
 
     /// The newest frame's pixels.
@@ -105,6 +121,11 @@ impl CpuBackend {
     pub fn timings_ms(&self) -> Vec<(&'static str, f32)> {
         self.timings_ms.clone()
     }
+}
+
+fn dab(point: cpu::PosedPoint) -> Dab {
+    let cpu::PosedPoint { position, normal, color, is_unlit, is_double_sided } = point;
+    Dab { position, normal, color, is_unlit, is_double_sided }
 }
 
 /// Ground and walls: a few triangles, gathered anew each frame.

@@ -3,13 +3,26 @@
 use crate::Result;
 use crate::crowd::Crowd;
 use crowd_pack::LodRecord;
-use crowd_stages::{Buckets, CrowdData, DrawOptions, Fit, FrameConfig, Levels, Technique, Weight, cpu};
+use crowd_stages::cpu::PosedPoint;
+use crowd_stages::{
+    Buckets, CrowdData, DrawOptions, Fit, FrameConfig, InstanceRecord, Levels, LodChoice, PointRecord, Technique,
+    Weight, cpu, surface_points,
+};
+use std::sync::OnceLock;
 
 /// The tables that levels are looked up in.
 pub struct CpuLevels {
     buckets: Buckets,
     quantized_lods: Vec<LodRecord>,
     error_lods: Vec<LodRecord>,
+    /// Made when points are first drawn.
+    points: OnceLock<PointLevels>,
+}
+
+/// Points of the characters, and the buckets with their densities.
+struct PointLevels {
+    points: Vec<Option<Vec<PointRecord>>>,
+    buckets: Buckets,
 }
 
 impl CpuLevels {
@@ -18,7 +31,7 @@ impl CpuLevels {
     pub fn new(data: &CrowdData) -> Result<Self> {
         let buckets = Buckets::of(data)?;
         let (quantized_lods, error_lods) = (buckets.quantized_lods(data), buckets.error_lods());
-        Ok(Self { buckets, quantized_lods, error_lods })
+        Ok(Self { buckets, quantized_lods, error_lods, points: OnceLock::new() })
     }
 
     /// The levels that the technique would draw; how they are submitted does not matter here. Dots are the GPU's: here everyone keeps a
@@ -31,6 +44,7 @@ impl CpuLevels {
             Technique::PseudoInstancing => cpu::select_full_detail(data, instances, config),
             Technique::Instanced => cpu::select_visible(data, instances, config),
             Technique::Discrete => cpu::select_discrete(data, &self.buckets, instances, config),
+            Technique::Points => cpu::select_points(data, &self.point_levels(data).buckets, instances, config),
             Technique::StaticFloor | Technique::Bucketed if options.morphs() && !by_error => {
                 cpu::run_morphing_selection(data, &self.buckets, &self.quantized_lods, instances, config)
             }
@@ -43,5 +57,25 @@ impl CpuLevels {
                 cpu::run_selection(data, lods, instances, config, if by_error { Fit::Fill } else { options.fit })
             }
         }
+    }
+
+    /// The points of an instance whose level has vertices but no triangles, posed.
+    pub fn points(
+        &self,
+        data: &CrowdData,
+        instance: &InstanceRecord,
+        choice: LodChoice,
+        time_s: f32,
+    ) -> Vec<PosedPoint> {
+        let points = self.point_levels(data).points[instance.character as usize].as_deref().unwrap_or_default();
+        cpu::pose_points(data, &points[..points.len().min(choice.vertex_count as usize)], instance, time_s)
+    }
+
+    fn point_levels(&self, data: &CrowdData) -> &PointLevels {
+        self.points.get_or_init(|| {
+            let points = surface_points(data);
+            let buckets = Buckets::with_points(data, &points).expect("the same tables were good when this was made");
+            PointLevels { points, buckets }
+        })
     }
 }

@@ -14,11 +14,13 @@ mod fit_budget;
 mod gather_drawn;
 mod join_phases;
 mod key_instances;
+mod key_points;
 mod place_boids;
 mod place_buckets;
 mod place_vertices;
 mod play_motion;
 mod pose_instance;
+mod pose_points;
 mod recall_seen;
 mod reform_triangles;
 mod scan_counts;
@@ -44,11 +46,13 @@ pub use fit_budget::fit_budget;
 pub use gather_drawn::{DRAWN_BOUND, gather_drawn};
 pub use join_phases::{begin_second, join_phases};
 pub use key_instances::{FRACTION_BOUND, key_full_detail, key_instances};
+pub use key_points::key_points;
 pub use place_boids::place_boids;
 pub use place_buckets::place_buckets;
 pub use place_vertices::place_vertices;
 pub use play_motion::{SHARE_BOUND, TURNS_BOUND, play_motion};
 pub use pose_instance::{FramePair, PosedInstance, frame_pair, pose_between, pose_instance};
+pub use pose_points::{PosedPoint, pose_points};
 pub use recall_seen::recall_seen;
 pub use reform_triangles::{reform_level, reform_triangles, surviving};
 pub use scan_counts::scan_counts;
@@ -203,6 +207,23 @@ pub fn select_discrete(
 ) -> CpuFrame {
     let discrete = discrete_config(&data.characters);
     let keys = cull_by_depth(data, buckets, &buckets.discrete_levels(), &discrete, instances, config);
+    levels_of(buckets, &keys)
+}
+
+/// What [`crate::Technique::Points`] draws: points where they are dense enough, which have vertices and no triangles, and the others
+/// at full detail. `buckets`: of [`Buckets::with_points`].
+pub fn select_points(
+    data: &CrowdData,
+    buckets: &Buckets,
+    instances: &[InstanceRecord],
+    config: &FrameConfig,
+) -> CpuFrame {
+    let culled = cull_instances(data, instances, config);
+    levels_of(buckets, &key_points(buckets, instances, &culled))
+}
+
+/// Levels that buckets stand for, without a budget.
+fn levels_of(buckets: &Buckets, keys: &[u32]) -> CpuFrame {
     let level = |key: &u32| {
         let record = buckets.records.get(*key as usize).copied().unwrap_or_default();
         LodChoice { vertex_count: record.vertex_count, triangle_count: record.triangle_count }

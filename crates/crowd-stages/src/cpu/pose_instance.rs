@@ -111,7 +111,7 @@ pub fn frame_pair(clip: &ClipRecord, phase_s: f32, time_s: f32) -> FramePair {
 }
 
 /// Three rows a joint, blended between the instance's two frames, and with those of the clip that it leaves.
-fn blend_palette(data: &CrowdData, instance: &InstanceRecord, time_s: f32) -> Vec<Vec4> {
+pub(super) fn blend_palette(data: &CrowdData, instance: &InstanceRecord, time_s: f32) -> Vec<Vec4> {
     let drawn = drawn_instance(data, instance, MorphRecord::default(), time_s);
     (0..drawn.row_count / 3).flat_map(|joint| data.blended_joint(&drawn, joint)).collect()
 }

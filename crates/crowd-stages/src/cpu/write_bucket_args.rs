@@ -61,7 +61,7 @@ pub fn write_bucket_args(
 
 fn draw(record: &BucketRecord, range: BucketRange) -> DrawArgs {
     DrawArgs {
-        index_count: record.triangle_count * 3,
+        index_count: record.index_count,
         instance_count: range.end - range.first,
         first_index: record.first_index,
         base_vertex: record.vertex_offset as i32,

@@ -2,7 +2,7 @@
 
 use super::renderer::RendererOptions;
 use super::stage_recorder::StageRecorder;
-use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
+use super::upload::{CrowdBuffers, FrameBuffers, LevelTables, Uploader};
 use super::vertex_inputs::{MESH_LAYOUT, ORIGIN_LAYOUT, OWNER_LAYOUT};
 use super::{GatherDrawn, KeyInstances, SortInstances, WriteBucketArgs};
 use crate::{BucketPlace, BucketRange, DrawArgs, DrawCounts, DrawnInstance, MorphRecord, Result, SortPass};
@@ -26,9 +26,7 @@ pub(crate) struct BucketDraws {
     passes: Vec<(SortPass, wgpu::BindGroup)>,
     write_bucket_args: (WriteBucketArgs, wgpu::BindGroup),
     gather_drawn: (GatherDrawn, wgpu::BindGroup),
-    bucket_count: u32,
-    count_16: u32,
-    mesh_count: u32,
+    tables: LevelTables,
     /// The adapter takes the number of draws from a buffer.
     counts_draws: bool,
 }
@@ -58,11 +56,22 @@ impl BucketDraws {
         options: &RendererOptions,
         sums: &wgpu::Buffer,
     ) -> Result<Self> {
+        Self::of_tables(up, c, c.tables.clone(), f, options, sums)
+    }
+
+    /// The same for other tables than the crowd's own.
+    pub(crate) fn of_tables(
+        up: &mut Uploader<'_>,
+        c: &CrowdBuffers,
+        tables: LevelTables,
+        f: &FrameBuffers,
+        options: &RendererOptions,
+        sums: &wgpu::Buffer,
+    ) -> Result<Self> {
         let fewer = "draw fewer instances";
         let n = u64::from(options.max_instances);
         let written = Usage::STORAGE | Usage::COPY_SRC;
         let indirect = written | Usage::INDIRECT;
-        let tables = &c.tables;
         let bucket_count = tables.counts.bucket_count;
         let digit_words = SortInstances::digit_count_words(options.max_instances);
         let keys = up.empty::<u32>("keys", n, written, fewer)?;
@@ -149,9 +158,7 @@ impl BucketDraws {
             passes,
             write_bucket_args: (write, write_bound),
             gather_drawn: (gather, gather_bound),
-            bucket_count,
-            count_16: tables.counts.count_16,
-            mesh_count: tables.counts.mesh_count,
+            tables,
             counts_draws: up.device.features().contains(wgpu::Features::MULTI_DRAW_INDIRECT_COUNT),
         })
     }
@@ -187,7 +194,7 @@ impl BucketDraws {
             }
         });
         let (write, bound) = &self.write_bucket_args;
-        recorder.stage("write_bucket_args", |pass| write.record(pass, bound, count, self.bucket_count));
+        recorder.stage("write_bucket_args", |pass| write.record(pass, bound, count, self.tables.counts.bucket_count));
     }
 
     /// What vertices need to know of those who are drawn.
@@ -201,18 +208,20 @@ impl BucketDraws {
         pass.set_vertex_buffer(0, crowd.vertices.slice(..));
         pass.set_vertex_buffer(1, crowd.origins.slice(..));
         pass.set_vertex_buffer(2, self.drawn.slice(..));
-        crowd.tables.set_indices(pass, true);
-        self.draw_kind(pass, 0..self.count_16, 0);
-        crowd.tables.set_indices(pass, false);
-        self.draw_kind(pass, self.count_16..self.mesh_count, 4);
+        let counts = &self.tables.counts;
+        self.tables.set_indices(pass, true);
+        self.draw_kind(pass, 0..counts.count_16, 0);
+        self.tables.set_indices(pass, false);
+        self.draw_kind(pass, counts.count_16..counts.mesh_count, 4);
     }
 
-    /// One multi-draw for dots. Pipeline and bind group are set.
-    pub(crate) fn draw_dots(&self, pass: &mut wgpu::RenderPass<'_>, crowd: &CrowdBuffers) {
-        pass.set_vertex_buffer(0, crowd.tables.dots.slice(..));
+    /// One multi-draw for dots or points. Pipeline and bind group are set.
+    pub(crate) fn draw_stand_ins(&self, pass: &mut wgpu::RenderPass<'_>) {
+        let counts = &self.tables.counts;
+        pass.set_vertex_buffer(0, self.tables.stand_ins.slice(..));
         pass.set_vertex_buffer(2, self.drawn.slice(..));
-        crowd.tables.set_indices(pass, false);
-        self.draw_kind(pass, self.mesh_count..self.bucket_count, 8);
+        self.tables.set_indices(pass, false);
+        self.draw_kind(pass, counts.mesh_count..counts.bucket_count, 8);
     }
 
     /// `count_offset`: of how many of them draw anything, in the counts of draws.

@@ -18,6 +18,7 @@ const SHADOW: &str = include_str!("../../../../shaders/shared/shadow.wgsl");
 const BACKDROP: &str = include_str!("../../../../shaders/draw/backdrop.wgsl");
 const CROWD: &str = include_str!("../../../../shaders/draw/crowd.wgsl");
 const DOTS: &str = include_str!("../../../../shaders/draw/dots.wgsl");
+const POINTS: &str = include_str!("../../../../shaders/draw/points.wgsl");
 
 /// The WGSL of sky and ground as it is compiled.
 pub fn backdrop_source() -> String {
@@ -26,7 +27,7 @@ pub fn backdrop_source() -> String {
 
 /// The WGSL of the crowd's draw as it is compiled.
 pub fn crowd_source() -> String {
-    [RECORDS, PLACE, FRAMES, SKIN, LIGHT, SHADOW, CROWD, DOTS].concat()
+    [RECORDS, PLACE, FRAMES, SKIN, LIGHT, SHADOW, CROWD, DOTS, POINTS].concat()
 }
 
 /// What every technique draws with: targets, backdrop, the crowd's shader and its layout.
@@ -68,7 +69,7 @@ impl DrawCrowd {
         sample_count: u32,
     ) -> Self {
         let layouts = Layouts::new(device);
-        let shape = Shape { device, color_format: Some(color_format), sample_count, bias: Default::default() };
+        let shape = Shape { color_format: Some(color_format), sample_count, ..Shape::of(device) };
         let backdrop = shape.module("backdrop", backdrop_source());
         Self {
             device: device.clone(),
@@ -130,14 +131,14 @@ impl DrawCrowd {
         buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
         bias: wgpu::DepthBiasState,
     ) -> wgpu::RenderPipeline {
-        let shape = Shape { device: &self.device, color_format: None, sample_count: 1, bias };
+        let shape = Shape { bias, ..Shape::of(&self.device) };
         let less = wgpu::CompareFunction::Less;
         shape.pipeline(&[&self.layouts.crowd], &self.crowd_module, vertex, "mask", less, buffers, &[])
     }
 
     fn shape(&self) -> Shape<'_> {
         let Self { device, color_format, sample_count, .. } = self;
-        Shape { device, color_format: Some(*color_format), sample_count: *sample_count, bias: Default::default() }
+        Shape { color_format: Some(*color_format), sample_count: *sample_count, ..Shape::of(device) }
     }
 
     /// The layout of bind group 1.
@@ -157,6 +158,14 @@ impl DrawCrowd {
             buffers,
             &[],
         )
+    }
+
+    /// The pipeline of points.
+    pub(crate) fn points_pipeline(&self, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]) -> wgpu::RenderPipeline {
+        let layouts = [&self.layouts.crowd, &self.layouts.light];
+        let shape = Shape { topology: wgpu::PrimitiveTopology::PointList, ..self.shape() };
+        let less = wgpu::CompareFunction::Less;
+        shape.pipeline(&layouts, &self.crowd_module, "points", "shade_point", less, buffers, &[])
     }
 
     /// The crowd's bind group with a technique's own list of owners and their bases.
@@ -397,9 +406,16 @@ struct Shape<'a> {
     color_format: Option<wgpu::TextureFormat>,
     sample_count: u32,
     bias: wgpu::DepthBiasState,
+    topology: wgpu::PrimitiveTopology,
 }
 
-impl Shape<'_> {
+impl<'a> Shape<'a> {
+    /// Depth of triangles, one sample a pixel.
+    fn of(device: &'a wgpu::Device) -> Self {
+        let topology = wgpu::PrimitiveTopology::TriangleList;
+        Self { device, color_format: None, sample_count: 1, bias: Default::default(), topology }
+    }
+
     fn module(&self, label: &str, source: String) -> wgpu::ShaderModule {
         self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(label),
@@ -434,7 +450,7 @@ impl Shape<'_> {
                 buffers,
             },
             // No culling by the hardware: whether a back face is drawn differs from material to material.
-            primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },
+            primitive: wgpu::PrimitiveState { topology: self.topology, cull_mode: None, ..Default::default() },
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: DEPTH,
                 depth_write_enabled: Some(true),

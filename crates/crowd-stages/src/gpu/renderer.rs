@@ -28,7 +28,7 @@ use std::time::{Duration, Instant};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
-pub const STAGES: [&str; 28] = [
+pub const STAGES: [&str; 29] = [
     "admit_instances",
     "play_motion",
     "cull_instances",
@@ -48,6 +48,7 @@ pub const STAGES: [&str; 28] = [
     "blend_palettes",
     "skin_vertices",
     "cull_by_depth",
+    "key_points",
     "recall_seen",
     "build_pyramid",
     "test_occlusion",

@@ -4,8 +4,9 @@ use super::FillBudget;
 use super::allocate::{buffer_or_error, texture_or_error};
 use crate::dispatch::BLOCK_SIZE;
 use crate::{
-    BucketCounts, Buckets, CrowdData, CullRecord, DiscreteConfig, DrawConfig, Error, FillState, FrameConfig,
-    FrameTotals, InstanceBase, InstanceRecord, LodChoice, Result, WeightSums, discrete_config, dot_corners,
+    BucketCounts, BucketRecord, Buckets, CrowdData, CullRecord, DiscreteConfig, DrawConfig, Error, FillState,
+    FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, MOST_POINTS, PointRecord, Result, WeightSums,
+    discrete_config, dot_corners, surface_points,
 };
 use std::mem::size_of;
 use std::ops::Range;
@@ -204,6 +205,7 @@ pub(crate) struct CrowdBuffers {
     /// Of quantised levels by their errors.
     pub(crate) error_lods: wgpu::Buffer,
     pub(crate) tables: LevelTables,
+    pub(crate) points: PointTables,
     pub(crate) clips: wgpu::Buffer,
     pub(crate) materials: wgpu::Buffer,
     pub(crate) animation: wgpu::TextureView,
@@ -230,6 +232,7 @@ impl CrowdBuffers {
             quantized_lods: up.filled("bytes of the quantised LOD tables", &quantized_lods, Usage::STORAGE, fewer)?,
             error_lods: up.filled("bytes of the error tables", &buckets.error_lods(), Usage::STORAGE, fewer)?,
             tables: LevelTables::new(up, data, &buckets)?,
+            points: PointTables::new(data)?,
             clips: up.filled("bytes of clips", &data.clips, Usage::STORAGE, fewer)?,
             materials: up.filled("bytes of materials", &data.materials, Usage::STORAGE, fewer)?,
             animation: up.animation_texture(&data.animation)?,
@@ -238,7 +241,32 @@ impl CrowdBuffers {
     }
 }
 
+/// What points need on the GPU once somebody draws them.
+pub(crate) struct PointTables {
+    records: Vec<BucketRecord>,
+    counts: BucketCounts,
+    indices_32: Vec<u32>,
+    points: Vec<PointRecord>,
+}
+
+impl PointTables {
+    fn new(data: &CrowdData) -> Result<Self> {
+        let points = surface_points(data);
+        let buckets = Buckets::with_points(data, &points)?;
+        let all = |points: Option<Vec<PointRecord>>| {
+            points.unwrap_or_else(|| vec![PointRecord::default(); MOST_POINTS as usize])
+        };
+        Ok(Self {
+            counts: buckets.counts(),
+            records: buckets.records,
+            indices_32: buckets.indices_32,
+            points: points.into_iter().flat_map(all).collect(),
+        })
+    }
+}
+
 /// Index tables of all quantised levels.
+#[derive(Clone)]
 pub(crate) struct LevelTables {
     pub(crate) bucket_sets: wgpu::Buffer,
     pub(crate) buckets: wgpu::Buffer,
@@ -249,8 +277,8 @@ pub(crate) struct LevelTables {
     pub(crate) discrete: DiscreteConfig,
     /// Of each character at full detail: its indices, whether they have 16 bits, and its first vertex.
     pub(crate) full_detail: Vec<(Range<u32>, bool, i32)>,
-    /// Corners of dots, a vertex buffer.
-    pub(crate) dots: wgpu::Buffer,
+    /// What is drawn in the place of far characters, a vertex buffer: corners of dots, or points.
+    pub(crate) stand_ins: wgpu::Buffer,
     indices_16: wgpu::Buffer,
     indices_32: wgpu::Buffer,
 }
@@ -276,9 +304,23 @@ impl LevelTables {
             discrete_levels: buckets.discrete_levels(),
             discrete: discrete_config(&data.characters),
             full_detail: full_detail.collect(),
-            dots: up.filled("bytes of dots", &dot_corners(data), Usage::VERTEX, fewer)?,
+            stand_ins: up.filled("bytes of dots", &dot_corners(data), Usage::VERTEX, fewer)?,
             indices_16: up.filled("bytes of 16-bit indices", &indices_16, storage | Usage::INDEX, fewer)?,
             indices_32: up.filled("bytes of 32-bit indices", &buckets.indices_32, storage | Usage::INDEX, fewer)?,
+        })
+    }
+
+    /// The same with levels of points in the place of those of dots.
+    pub(crate) fn with_points(&self, up: &mut Uploader<'_>, points: &PointTables) -> Result<Self> {
+        let fewer = "put fewer characters into one pack";
+        let storage = Usage::STORAGE;
+        Ok(Self {
+            buckets: up.filled("bytes of buckets with points", &points.records, storage, fewer)?,
+            bucket_counts: up.filled("bucket counts with points", &[points.counts], Usage::UNIFORM, fewer)?,
+            counts: points.counts,
+            stand_ins: up.filled("bytes of points", &points.points, Usage::VERTEX, fewer)?,
+            indices_32: up.filled("bytes of 32-bit indices", &points.indices_32, storage | Usage::INDEX, fewer)?,
+            ..self.clone()
         })
     }
 

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// A quantised level of a character: what one indirect draw draws, 20 bytes.
+/// A quantised level of a character: what one indirect draw draws, 24 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
 pub struct BucketRecord {
@@ -16,6 +16,8 @@ pub struct BucketRecord {
     pub coarser_vertex_count: u32,
     /// The character's first vertex among all.
     pub vertex_offset: u32,
+    /// Indices of the draw: three a triangle, or one a point.
+    pub index_count: u32,
 }
 
 /// A character's buckets, 16 bytes: its first levels have 16-bit indices, the others 32-bit ones.
@@ -40,7 +42,8 @@ pub struct BucketCounts {
     pub bucket_count: u32,
     /// Those with 16-bit indices; they come first.
     pub count_16: u32,
-    /// Those of meshes; levels of dots come after them, [`crate::dispatch::DOT_LEVELS`] a character.
+    /// Those of meshes; levels of dots come after them, [`crate::dispatch::DOT_LEVELS`] a character, or of points,
+    /// [`crate::dispatch::POINT_LEVELS`] a character.
     pub mesh_count: u32,
     /// Rows of the largest palette, three a joint: each drawn instance has room for so many.
     pub palette_rows: u32,
@@ -102,7 +105,7 @@ pub struct DrawCounts {
     pub count_16: u32,
     /// With 32-bit indices.
     pub count_32: u32,
-    /// Of dots.
+    /// Of dots or points.
     pub dot_count: u32,
     /// Zero.
     pub reserved: u32,

@@ -26,5 +26,7 @@ pub const RESERVE_PART: u32 = 128;
 pub const DOT_LEVELS: u32 = 5;
 /// Vertices of a dot.
 pub const DOT_VERTICES: u32 = 3;
+/// Densities of points in a far character's place.
+pub const POINT_LEVELS: u32 = 4;
 /// Most bits of a digit of the sort.
 pub const MAX_DIGIT_BITS: u32 = 6;

@@ -102,6 +102,26 @@ pub struct DotCorner {
     pub weights: [u32; 2],
 }
 
+/// A point of a character's surface, 48 bytes, in the words of [`crowd_pack::VertexRecord`]; goes to the GPU as a vertex buffer.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
+pub struct PointRecord {
+    /// Bind-space position, metres.
+    pub position: [f32; 3],
+    /// As in [`crowd_pack::VertexRecord`].
+    pub normal_oct: u32,
+    /// Square roots of the linear base colour; the last is 0 where light does not change it.
+    pub color: [u8; 4],
+    /// 1 where the back is seen, too.
+    pub is_double_sided: u32,
+    /// Zero.
+    pub reserved: [u32; 2],
+    /// As in [`crowd_pack::VertexRecord`].
+    pub joints: [u32; 2],
+    /// As in [`crowd_pack::VertexRecord`].
+    pub weights: [u32; 2],
+}
+
 /// A corner of the scenery, 28 bytes; goes to the GPU as a vertex buffer.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]

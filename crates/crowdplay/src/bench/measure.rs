@@ -24,7 +24,7 @@ const RENDERING: [&str; 5] = ["draw", "shadows", "play_motion", "blend_palettes"
 /// Triangles at full detail up to which pictures are compared: three minutes on software Vulkan.
 const MOST_PICTURED: u64 = 1_000_000_000;
 
-/// Measures all techniques at all counts.
+/// Measures all techniques at all counts and budgets.
 pub fn measure(asked: &Asked, talk: &mut Talk<'_>) -> Result<BenchReport> {
     let plan = &asked.plan;
     let gpu = backend::find_gpu(&plan.machine, talk)?.ok_or(Error::Machine {
@@ -35,17 +35,19 @@ pub fn measure(asked: &Asked, talk: &mut Talk<'_>) -> Result<BenchReport> {
     let samples = plan.machine.samples.unwrap_or(4);
     let aspect = plan.size[0] as f32 / plan.size[1] as f32;
     let (mut rows, mut conditions, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
-    for &count in &asked.counts {
+    let conditions_of = |count: &u32| asked.budgets.iter().map(|budget| (*count, *budget)).collect::<Vec<_>>();
+    for (count, budget) in asked.counts.iter().flat_map(conditions_of) {
         let crowd_plan = plan.crowd.with_count(count);
         let crowd = crowd::gather(&pack, &crowd_plan, aspect)?;
         for remark in crowd.remarks.iter().filter(|remark| !warnings.contains(*remark)).cloned().collect::<Vec<_>>() {
             talk.say(&remark);
             warnings.push(remark);
         }
-        let of_count = measure_count(asked, &gpu, crowd, samples, talk)?;
+        let of_count = measure_count(asked, &gpu, crowd, budget, samples, talk)?;
         for condition in &asked.words.assert {
             let (found, holds) = condition.judge(&of_count);
-            conditions.push(Judged { condition: condition.to_string(), count: of_count[0].count, found, holds });
+            let Row { count, budget, .. } = of_count[0];
+            conditions.push(Judged { condition: condition.to_string(), count, budget, found, holds });
         }
         for row in of_count.iter().filter(|row| !row.overflow.is_empty()) {
             let warning = format!("{} at {}: did not fit: {}", row.technique, row.count, row.overflow.join(", "));
@@ -81,11 +83,18 @@ struct Contender {
     skinning: &'static str,
 }
 
-fn measure_count(asked: &Asked, gpu: &Gpu, mut crowd: Crowd, samples: u32, talk: &mut Talk<'_>) -> Result<Vec<Row>> {
+fn measure_count(
+    asked: &Asked,
+    gpu: &Gpu,
+    mut crowd: Crowd,
+    budget: Option<u32>,
+    samples: u32,
+    talk: &mut Talk<'_>,
+) -> Result<Vec<Row>> {
     let plan = &asked.plan;
     let Show::Headless(HeadlessPlan { dt_s, start_s, .. }) = plan.show else { unreachable!("a bench has no window") };
     let viewer = Viewer::open(&plan.camera, &crowd)?;
-    let budget = plan.detail.budget.unwrap_or_else(|| backend::usual_budget(Some(gpu), &crowd, &plan.detail));
+    let budget = budget.unwrap_or_else(|| backend::usual_budget(Some(gpu), &crowd, &plan.detail));
     let mut backend = GpuBackend::new(gpu.clone(), &crowd, plan.size, samples, budget)?;
     let new = |&variant: &Variant| Contender {
         variant,

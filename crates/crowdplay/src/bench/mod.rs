@@ -45,7 +45,8 @@ pub fn run(asked: &Asked, stdout: &mut dyn Write, talk: &mut Talk<'_>) -> Result
     }
     for judged in &report.conditions {
         let verdict = if judged.holds { "holds" } else { "DOES NOT HOLD" };
-        talk.say(&format!("{} at {} instances: found {:.4}, {verdict}", judged.condition, judged.count, judged.found));
+        let Judged { condition, count, budget, found, .. } = judged;
+        talk.say(&format!("{condition} at {count} instances, N {budget}: found {found:.4}, {verdict}"));
     }
     match report.conditions.iter().filter(|judged| !judged.holds).count() {
         0 => Ok(()),

@@ -39,7 +39,7 @@ pub struct BenchReport {
     pub warnings: Vec<String>,
 }
 
-/// One technique at one count.
+/// One technique at one count and budget.
 #[derive(Debug, Clone, Serialize, Default, PartialEq)]
 pub struct Row {
     /// Instances.
@@ -97,13 +97,15 @@ pub struct Row {
     pub overflow: Vec<&'static str>,
 }
 
-/// A condition at a count.
+/// A condition at a count and budget.
 #[derive(Debug, Clone, Serialize, PartialEq)]
 pub struct Judged {
     /// As typed.
     pub condition: String,
     /// Instances.
     pub count: u32,
+    /// Vertices a frame: N.
+    pub budget: u32,
     /// Left side; `null` in JSON where it was not measured.
     pub found: f64,
     /// Whether it holds.
@@ -173,17 +175,18 @@ impl BenchReport {
         let mut out = format!(
             "# Benchmarks: drawing a crowd\n\nMade by `{command}`; do not edit by hand. {name} ({backend}, {driver} {driver_version}), \
              {width} x {height} pixels, {} sample(s) a pixel, {} frames of each technique in turn after {} that do not count. \
-             Times are medians, milliseconds; *ratio* is to the first technique, *simulate* what moving everyone on takes before each frame (no part of it), *LOD* is everything on the GPU but skinning and drawing, *LOD %* its \
+             Times are medians, milliseconds; *N* the vertices allowed a frame, *ratio* is to the first technique, *simulate* what moving everyone on takes before each frame (no part of it), *LOD* is everything on the GPU but skinning and drawing, *LOD %* its \
              part of the GPU's time, *visible* who is drawn, *hidden* who is in the frustum but left out behind others, *runs a triangle* the vertex shader's runs as the adapter counts them, *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone), *pop* what changes from frame to frame by levels alone (RMS over the picture, drawn with the levels of the frame before and its own), *pop px* how far the surface moves by that (RMS over all vertices, pixels; where asked for).\n\n",
             self.samples, self.rounds, self.warm_up
         );
-        out.push_str("| instances | technique | frame ms | p95 | ratio | simulate | LOD ms | LOD % | visible | hidden | triangles | vertices | draws | runs a triangle | image | pop | pop px |\n");
-        out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+        out.push_str("| instances | N | technique | frame ms | p95 | ratio | simulate | LOD ms | LOD % | visible | hidden | triangles | vertices | draws | runs a triangle | image | pop | pop px |\n");
+        out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
         for row in &self.rows {
             let _ = writeln!(
                 out,
-                "| {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+                "| {} | {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
                 row.count,
+                row.budget,
                 row.technique,
                 row.frame_ms.median,
                 row.frame_ms.p95,
@@ -203,10 +206,14 @@ impl BenchReport {
             );
         }
         if !self.conditions.is_empty() {
-            out.push_str("\n| condition | instances | found | holds |\n|---|---|---|---|\n");
+            out.push_str("\n| condition | instances | N | found | holds |\n|---|---|---|---|---|\n");
         }
-        for Judged { condition, count, found, holds } in &self.conditions {
-            let _ = writeln!(out, "| {condition} | {count} | {found:.4} | {} |", if *holds { "yes" } else { "NO" });
+        for Judged { condition, count, budget, found, holds } in &self.conditions {
+            let _ = writeln!(
+                out,
+                "| {condition} | {count} | {budget} | {found:.4} | {} |",
+                if *holds { "yes" } else { "NO" }
+            );
         }
         for warning in &self.warnings {
             let _ = write!(out, "\n{warning}\n");
@@ -223,8 +230,9 @@ impl BenchReport {
         );
         let _ = writeln!(
             out,
-            "{:>9}  {:<18} {:>10} {:>9} {:>7} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8} {:>9} {:>9}",
+            "{:>9} {:>9}  {:<18} {:>10} {:>9} {:>7} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8} {:>9} {:>9}",
             "instances",
+            "N",
             "technique",
             "frame ms",
             "p95",
@@ -245,8 +253,9 @@ impl BenchReport {
         for row in &self.rows {
             let _ = writeln!(
                 out,
-                "{:>9}  {:<18} {:>10.2} {:>9.2} {:>7.3} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8} {:>9} {:>9}",
+                "{:>9} {:>9}  {:<18} {:>10.2} {:>9.2} {:>7.3} {:>9} {:>8} {:>8} {:>9} {:>8} {:>11} {:>10} {:>7} {:>8} {:>8} {:>9} {:>9}",
                 row.count,
+                row.budget,
                 row.technique,
                 row.frame_ms.median,
                 row.frame_ms.p95,
@@ -318,15 +327,17 @@ mod tests {
     #[test]
     fn the_page_names_its_command_its_machine_and_what_was_missed() {
         let mut report = report();
-        let judged = |holds| Judged { condition: "b0 <= 1".to_owned(), count: 8, found: 2.0, holds };
+        let judged = |holds| Judged { condition: "b0 <= 1".to_owned(), count: 8, budget: 99, found: 2.0, holds };
         report.conditions = vec![judged(true), judged(false)];
         let page = report.to_markdown("crowdplay bench x");
-        for word in ["`crowdplay bench x`", "card, fast", "64 x 32", "| b0 <= 1 | 8 | 2.0000 | NO |", "| bucketed |"] {
+        for word in
+            ["`crowdplay bench x`", "card, fast", "64 x 32", "| b0 <= 1 | 8 | 99 | 2.0000 | NO |", "| bucketed |"]
+        {
             assert!(page.contains(word), "no {word} in\n{page}");
         }
         let columns: Vec<usize> =
             page.lines().filter(|line| line.starts_with("| ")).take(3).map(|line| line.matches('|').count()).collect();
-        assert_eq!(columns, [18; 3], "{page}");
+        assert_eq!(columns, [19; 3], "{page}");
     }
 
     #[test]

@@ -27,7 +27,7 @@ Examples:
     crowdplay bench cast.crowdpack --ab b0,bucketed --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665'
 
 Conditions: [QUANTITY:]A/B OP NUMBER, or [QUANTITY:]A OP NUMBER; A and B are techniques of --ab, OP is <=, <, >= or >. They must hold at
-every count. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything but skinning and drawing), lod_share (its
+every count and budget. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything but skinning and drawing), lod_share (its
 part of gpu_ms), draw_ms, shadows_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, image_rmse (to
 full detail), pop_rmse, pop_px, pop_energy (of --pops; the last is pop_px squared).
 
@@ -71,6 +71,11 @@ pub struct BenchWords {
           value_parser = clap::value_parser!(u32).range(1..=4_000_000), help_heading = "Bench")]
     pub counts: Vec<u32>,
 
+    /// Vertices for a frame, one after another, instead of --budget
+    #[arg(long, value_name = "N,...", value_delimiter = ',', conflicts_with = "budget",
+          value_parser = clap::value_parser!(u32).range(1..), help_heading = "Bench")]
+    pub budgets: Vec<u32>,
+
     /// Also measure how much of each picture changes by levels alone: every frame once more with the levels of the frame before
     #[arg(long, help_heading = "Bench")]
     pub pops: bool,
@@ -108,6 +113,8 @@ pub struct Asked {
     pub plan: Plan,
     /// Sizes of the crowd.
     pub counts: Vec<u32>,
+    /// Vertices for a frame at each; `None` is the player's usual number.
+    pub budgets: Vec<Option<u32>>,
     /// Say nothing but errors.
     pub quiet: bool,
     /// The words as typed, for the page.
@@ -171,10 +178,14 @@ fn decide(args: &Args, words: BenchWords, typed: String) -> Result<Asked> {
     }
     let counts = if words.counts.is_empty() { vec![args.flock.unwrap_or(args.count)] } else { words.counts.clone() };
     let plan = plan::plan(args)?;
+    let budgets = match &words.budgets[..] {
+        [] => vec![plan.detail.budget],
+        all => all.iter().copied().map(Some).collect(),
+    };
     for (option, path) in outputs {
         crate::output_paths::refuse_inputs(&plan, option, path)?;
     }
-    Ok(Asked { plan, counts, quiet: args.quiet, typed, words })
+    Ok(Asked { plan, counts, budgets, quiet: args.quiet, typed, words })
 }
 
 /// As one would type it into a shell.
@@ -207,9 +218,11 @@ mod tests {
             ["p", "--ab", "b0,bucketed", "--layout", "street", "--counts", "8,64", "--assert", "bucketed/b0<=0.5"];
         let asked = parsed(&words).unwrap().unwrap();
         assert_eq!(asked.words.ab, [Technique::PseudoInstancing, Technique::Bucketed].map(Variant::from));
-        assert_eq!(asked.counts, [8, 64]);
         assert_eq!(asked.plan.crowd.layout, plan::LayoutPlan::Named(crowd_scene::Layout::Street));
+        assert_eq!((asked.counts, asked.budgets), (vec![8, 64], vec![None]));
         assert_eq!(parsed(&["p", "--ab", "b3", "--count", "7"]).unwrap().unwrap().counts, [7]);
+        let sweep = parsed(&["p", "--ab", "b3", "--budgets", "9000,20000"]).unwrap().unwrap();
+        assert_eq!(sweep.budgets, [Some(9000), Some(20000)]);
     }
 
     #[test]
@@ -222,6 +235,7 @@ mod tests {
             &["p", "--ab", "b0", "--headless"],
             &["p", "--ab", "b0", "--technique", "b3"],
             &["p", "--ab", "b0", "--count", "5", "--counts", "6"],
+            &["p", "--ab", "b0", "--budget", "5000", "--budgets", "6000"],
             &["p", "--ab", "b0", "--assert", "b0 == 1"],
         ];
         for words in usage {

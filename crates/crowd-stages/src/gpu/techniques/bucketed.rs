@@ -101,7 +101,7 @@ impl Painter for Bucketed {
         self.draws.draw(pass, context.crowd);
         if context.config.dot_area_px2 > 0.0 {
             pass.set_pipeline(&self.dots);
-            self.draws.draw_dots(pass, context.crowd);
+            self.draws.draw_stand_ins(pass);
         }
     }
 

@@ -3,6 +3,7 @@
 mod bucketed;
 mod discrete;
 mod instanced;
+mod points;
 mod pseudo_instancing;
 mod reform;
 mod static_floor;
@@ -87,7 +88,7 @@ pub fn supports(device: &wgpu::Device, technique: Technique) -> bool {
     let features = device.features();
     match technique {
         Technique::PseudoInstancing | Technique::Reform | Technique::StaticFloor => true,
-        Technique::Instanced | Technique::Discrete | Technique::Bucketed => {
+        Technique::Instanced | Technique::Discrete | Technique::Points | Technique::Bucketed => {
             features.contains(wgpu::Features::INDIRECT_FIRST_INSTANCE)
         }
     }
@@ -103,6 +104,7 @@ pub(crate) fn set_up(technique: Technique, workshop: Workshop<'_, '_>) -> Result
         Technique::Instanced => Box::new(instanced::Instanced::new(workshop)?),
         Technique::Discrete => Box::new(discrete::Discrete::new(workshop)?),
         Technique::StaticFloor => Box::new(static_floor::StaticFloor::new(workshop)),
+        Technique::Points => Box::new(points::Points::new(workshop)?),
         Technique::Reform => Box::new(reform::Reform::new(workshop)?),
         Technique::Bucketed => Box::new(bucketed::Bucketed::new(workshop)?),
     })
