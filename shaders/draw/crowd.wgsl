@@ -11,7 +11,7 @@
 @group(0) @binding(6) var<storage, read> slot_instances: array<u32>;
 @group(0) @binding(7) var<storage, read> bases: array<InstanceBase>;
 @group(0) @binding(8) var<storage, read> materials: array<MaterialRecord>;
-@group(0) @binding(9) var animation: texture_2d_array<f32>;
+@group(0) @binding(9) var animation: texture_2d_array<u32>;
 @group(0) @binding(10) var layers: texture_2d_array<f32>;
 @group(0) @binding(11) var layer_sampler: sampler;
 @group(0) @binding(12) var<storage, read> palettes: array<vec4f>;

@@ -46,6 +46,15 @@ fn frame_pair(clip: ClipRecord, phase_s: f32, time_s: f32) -> FramePair {
     return FramePair(first, min(first + 1u, last), frame - f32(first));
 }
 
+// Texels of a frame. Twin: JointStorage::frame_texels in crowd-pack/src/store_joint.rs.
+fn frame_texels(character: CharacterRecord) -> u32 {
+    let rows = character.joint_count * 3u;
+    if character.joint_storage == JOINTS_QUANTIZED {
+        return character.joint_count;
+    }
+    return select(rows, (rows + 1u) / 2u, character.joint_storage == JOINTS_F16);
+}
+
 // What its vertices need to know of an instance. Twin: drawn_instance in crowd-stages/src/cpu/gather_drawn.rs.
 fn drawn_instance(
     instance: InstanceRecord,
@@ -60,7 +69,7 @@ fn drawn_instance(
 ) -> DrawnInstance {
     let pair = frame_pair(clip, instance.phase_s, time_s);
     let left = frame_pair(leaving, instance.leaving_phase_s, time_s);
-    let frame_texels = character.joint_count * 3u;
+    let texels = frame_texels(character);
     return DrawnInstance(
         instance.position,
         instance.scale,
@@ -69,14 +78,14 @@ fn drawn_instance(
         pair.blend,
         morph.coarser_vertex_count,
         character.material_offset,
-        clip.texel_offset + pair.first * frame_texels,
-        clip.texel_offset + pair.second * frame_texels,
+        clip.texel_offset + pair.first * texels,
+        clip.texel_offset + pair.second * texels,
         vertex_base,
         palette_row,
         character.joint_count * 3u,
-        0u,
-        leaving.texel_offset + left.first * frame_texels,
-        leaving.texel_offset + left.second * frame_texels,
+        character.joint_storage,
+        leaving.texel_offset + left.first * texels,
+        leaving.texel_offset + left.second * texels,
         left.blend,
         instance.leaving_share,
     );

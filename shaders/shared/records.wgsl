@@ -43,6 +43,11 @@ const WEIGHT_AREA: u32 = 0u;
 const WEIGHT_AREA_DISTANCE: u32 = 1u;
 const WEIGHT_ERROR: u32 = 2u;
 
+// How joints are stored.
+const JOINTS_F32: u32 = 0u;
+const JOINTS_F16: u32 = 1u;
+const JOINTS_QUANTIZED: u32 = 2u;
+
 const MATERIAL_DOUBLE_SIDED: u32 = 1u;
 const MATERIAL_UNLIT: u32 = 2u;
 const MATERIAL_FLAT: u32 = 4u;
@@ -83,6 +88,9 @@ struct CharacterRecord {
     height_m: f32,
     box_max: vec3f,
     inverse_bind_offset: u32,
+    joint_storage: u32,
+    storage_error_m: f32,
+    reserved: vec2u,
 }
 
 struct ClipRecord {

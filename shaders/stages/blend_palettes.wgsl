@@ -5,7 +5,7 @@
 @group(0) @binding(1) var<uniform> bucket_counts: BucketCounts;
 @group(0) @binding(2) var<storage, read> sorted_keys: array<u32>;
 @group(0) @binding(3) var<storage, read> drawn: array<DrawnInstance>;
-@group(0) @binding(4) var animation: texture_2d_array<f32>;
+@group(0) @binding(4) var animation: texture_2d_array<u32>;
 @group(0) @binding(5) var<storage, read_write> palettes: array<vec4f>;
 
 @compute @workgroup_size(BLOCK_SIZE)

@@ -1,5 +1,6 @@
 //! Characters in motion: poses at the right times, bounds that hold every vertex, and every point of a level.
 
 mod fades;
+mod feet;
 mod level_bounds;
 mod real_clips;

@@ -24,7 +24,7 @@ fn error_at(baked: &BakedCharacter, share: f64) -> MeasuredError {
     let positions: Vec<_> = order.vertex_source.iter().map(source).map(|v| mesh.positions[v]).collect();
     let joints: Vec<_> = order.vertex_source.iter().map(source).map(|v| mesh.joints[v]).collect();
     let weights: Vec<_> = order.vertex_source.iter().map(source).map(|v| mesh.weights[v]).collect();
-    let palettes: Vec<_> = baked.clips.iter().flat_map(|clip| clip.palettes.iter().copied()).collect();
+    let palettes: Vec<_> = baked.animation.clips.iter().flat_map(|clip| clip.palettes.iter().copied()).collect();
     let frame_count = palettes.len() / baked.raw.joints.len();
     let frame_weights = vec![1.0 / frame_count as f32; frame_count];
     let poses = LodPoses { palettes: &palettes, joint_count: baked.raw.joints.len(), frame_weights: &frame_weights };

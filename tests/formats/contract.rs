@@ -1,27 +1,29 @@
-//! `fixtures/packs/v2` loads and means what it meant, for our reader and for one that knows only `docs/FORMAT.md`; `packs/v1` is
-//! refused by its version.
+//! `fixtures/packs/v3` loads and means what it meant, for our reader and for one that knows only `docs/FORMAT.md`; `packs/v1` and
+//! `packs/v2` are refused by their versions.
 
 use crate::independent_reader::{Reader, crc32};
 use crate::tiny_pack;
-use crowd_pack::{AnimationLayout, Error, Pack};
+use crowd_pack::{AnimationLayout, Error, JointStorage, Pack};
 use std::path::{Path, PathBuf};
 
-const FILES: [(&str, AnimationLayout); 2] = [
-    ("fixtures/packs/v2/tiny.crowdpack", AnimationLayout::Premultiplied3x4),
-    ("fixtures/packs/v2/tiny_split_layout.crowdpack", AnimationLayout::Split4x4),
+const FILES: [(&str, AnimationLayout, JointStorage); 4] = [
+    ("fixtures/packs/v3/tiny.crowdpack", AnimationLayout::Premultiplied3x4, JointStorage::F32),
+    ("fixtures/packs/v3/tiny_f16.crowdpack", AnimationLayout::Premultiplied3x4, JointStorage::F16),
+    ("fixtures/packs/v3/tiny_quantized.crowdpack", AnimationLayout::Premultiplied3x4, JointStorage::Quantized),
+    ("fixtures/packs/v3/tiny_split_layout.crowdpack", AnimationLayout::Split4x4, JointStorage::F32),
 ];
 
 fn fixture(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
 }
 
-/// `REWRITE_PACKS_V2=1` writes the files anew. It has its own name, so that renewing goldens does not touch the contract.
+/// `REWRITE_PACKS_V3=1` writes the files anew. It has its own name, so that renewing goldens does not touch the contract.
 #[test]
 fn the_builder_still_gives_the_committed_bytes() {
-    for (path, layout) in FILES {
-        let bytes = tiny_pack::contents(layout).to_bytes().unwrap();
+    for (path, layout, storage) in FILES {
+        let bytes = tiny_pack::stored(layout, storage).to_bytes().unwrap();
         let path = fixture(path);
-        if std::env::var_os("REWRITE_PACKS_V2").is_some() {
+        if std::env::var_os("REWRITE_PACKS_V3").is_some() {
             std::fs::write(&path, &bytes).unwrap();
         }
         let committed = std::fs::read(&path).unwrap();
@@ -32,19 +34,21 @@ fn the_builder_still_gives_the_committed_bytes() {
 
 #[test]
 fn committed_files_load() {
-    for (path, layout) in FILES {
+    for (path, layout, storage) in FILES {
         let pack = Pack::open(&fixture(path)).unwrap();
-        assert_eq!(*pack.contents(), tiny_pack::contents(layout));
+        assert_eq!(*pack.contents(), tiny_pack::stored(layout, storage));
         assert_eq!((pack.find("flag"), pack.find("tetrahedron"), pack.find("hat")), (Some(0), Some(1), None));
     }
 }
 
 #[test]
-fn packs_of_version_1_are_refused_by_number() {
-    for name in ["tiny.crowdpack", "tiny_split_layout.crowdpack"] {
-        let error = Pack::open(&fixture(&format!("fixtures/packs/v1/{name}"))).unwrap_err();
-        assert!(matches!(error, Error::Version { found: 1, supported: 2 }), "{error}");
-        assert!(error.to_string().ends_with("bake the pack again"), "{error}");
+fn packs_of_older_versions_are_refused_by_number() {
+    for version in [1, 2] {
+        for name in ["tiny.crowdpack", "tiny_split_layout.crowdpack"] {
+            let error = Pack::open(&fixture(&format!("fixtures/packs/v{version}/{name}"))).unwrap_err();
+            assert!(matches!(error, Error::Version { found, supported: 3 } if found == version), "{error}");
+            assert!(error.to_string().ends_with("bake the pack again"), "{error}");
+        }
     }
 }
 
@@ -55,7 +59,7 @@ fn the_crc_of_the_page_is_this_one() {
 
 #[test]
 fn the_page_is_enough_to_read_a_pack() {
-    for (path, layout) in FILES {
+    for (path, layout, _) in FILES {
         let file = std::fs::read(fixture(path)).unwrap();
         let pack = Reader::new(&file);
         check_manifest(&pack);
@@ -91,6 +95,7 @@ fn check_manifest(pack: &Reader<'_>) {
     assert_eq!(flag.warnings, ["the corner \u{fb02}aps"]);
     let names: Vec<&str> = tetrahedron.clips.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["sway", "hop"]);
+    assert_eq!(tetrahedron.contacts, [(1, 0.25, 0.75)]);
     let [sway, hop] = [&tetrahedron.clips[0].1[0], &tetrahedron.clips[1].1[0]];
     assert_eq!((sway.node, sway.property, sway.interpolation), (1, 0, 1));
     assert_eq!((hop.node, hop.property, hop.interpolation), (0, 0, 2));
@@ -141,6 +146,7 @@ fn sorted(triangles: &[[usize; 3]]) -> Vec<[usize; 3]> {
 }
 
 fn check_animation(pack: &Reader<'_>) {
+    assert_eq!(f32::from_bits(pack.character(1, 100) as u32), 0.001_953_125);
     assert_eq!(pack.matrix(1, 0, 1, 1)[0], [1.0, 0.0, 0.0, 0.25]);
     assert_eq!(pack.matrix(1, 1, 1, 0)[2], [0.0, 0.0, 1.0, 2.0]);
     // The apex follows the tip alone, the middle of the edge both joints by halves, the foot the root alone.

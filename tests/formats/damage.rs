@@ -98,8 +98,9 @@ fn walk(contents: &PackContents) -> usize {
         touched += walk_levels(contents, index);
         let names = &contents.manifest.characters[index];
         for (clip, named) in contents.clips[character.clip_offset as usize..].iter().zip(&names.clips) {
-            let rows = contents.manifest.animation_layout.texels_per_joint();
-            let texels = clip.frame_count * character.joint_count * rows;
+            let storage = character.storage().expect("checked");
+            let frame_texels = contents.manifest.animation_layout.frame_texels(storage, character.joint_count);
+            let texels = clip.frame_count * frame_texels;
             touched += contents.animation[clip.texel_offset as usize..][..texels as usize].len();
             for track in &named.tracks {
                 touched += contents.track_values[track.value_offset as usize..][..track.value_count as usize].len();

@@ -23,6 +23,8 @@ pub struct NamedCharacter {
     pub nodes: Vec<(String, Option<u32>)>,
     /// Name of each clip, and its tracks' node, property, interpolation and ranges.
     pub clips: Vec<(String, Vec<Track>)>,
+    /// Joint, begin and end of all clips' contacts.
+    pub contacts: Vec<(u32, f32, f32)>,
     /// Names of the materials.
     pub materials: Vec<String>,
     /// Name, material, triangles, rigid.
@@ -69,7 +71,7 @@ impl<'a> Reader<'a> {
     /// Section 1: header, table, checksums, padding.
     pub fn new(file: &'a [u8]) -> Self {
         assert_eq!(&file[..8], b"CROWDPK\0");
-        assert_eq!((u32_at(file, 8), u32_at(file, 12)), (2, 18), "version and section count");
+        assert_eq!((u32_at(file, 8), u32_at(file, 12)), (3, 18), "version and section count");
         assert_eq!((u64_at(file, 16), u64_at(file, 24)), (file.len(), 64), "file length and table");
         assert_eq!(u32_at(file, 32), crc32(&file[64..64 + 720]));
         assert!(file[36..60].iter().all(|&b| b == 0));
@@ -163,12 +165,23 @@ impl<'a> Reader<'a> {
     pub fn matrix(&self, character: usize, clip: usize, frame: usize, joint: usize) -> [[f32; 4]; 3] {
         let joint_count = self.character(character, 28);
         let record = self.element("clips", self.character(character, 32) + clip);
-        let first = u32_at(record, 0) as usize + (frame * joint_count + joint) * self.rows;
+        let first = u32_at(record, 0) as usize;
         let row = |section: &str, at: usize| [0, 4, 8, 12].map(|b| f32_at(self.element(section, at), b));
-        let rows = [0, 1, 2].map(|r| row("animation", first + r));
-        if self.rows == 3 {
-            return rows;
+        match (self.rows, self.character(character, 96)) {
+            (3, 0) => return [0, 1, 2].map(|r| row("animation", first + (frame * joint_count + joint) * 3 + r)),
+            (3, 1) => {
+                let begin = first + frame * (joint_count * 3).div_ceil(2);
+                return [0, 1, 2].map(|r| {
+                    let place = (joint * 3 + r) * 8;
+                    let texel = self.element("animation", begin + place / 16);
+                    [0, 2, 4, 6].map(|b| half(u16_at(texel, place % 16 + b)))
+                });
+            }
+            (3, 2) => return quantized(self.element("animation", first + frame * joint_count + joint)),
+            _ => {}
         }
+        let first = first + (frame * joint_count + joint) * 4;
+        let rows = [0, 1, 2].map(|r| row("animation", first + r));
         assert_eq!(row("animation", first + 3), [0.0, 0.0, 0.0, 1.0]);
         let bind = self.character(character, 92) + 4 * joint;
         rows.map(|world| {
@@ -232,7 +245,18 @@ impl<'a> Reader<'a> {
             (name, parent)
         });
         let _joints = at.list(|at| (at.varint(), at.floats(16)));
-        let clips = at.list(|at| (at.string(), at.list(|at| self.read_track(at))));
+        let mut contacts = Vec::new();
+        let clips = at.list(|at| {
+            let clip = (at.string(), at.list(|at| self.read_track(at)));
+            contacts.extend(at.list(|at| {
+                let (joint, times) = (at.varint() as u32, at.floats(2));
+                (joint, times[0], times[1])
+            }));
+            let _slide = at.floats(1);
+            let _path = at.list(|at| at.floats(2));
+            let _rooted_slide = at.floats(1);
+            clip
+        });
         let materials = at.list(Cursor::string);
         let parts = at.list(|at| (at.string(), at.varint() as u32, at.varint() as u32, at.byte() == 1));
         let _criteria = at.string();
@@ -252,7 +276,20 @@ impl<'a> Reader<'a> {
         let _blocked = [0; 5].map(|_| at.varint());
         let obstacles = at.list(Cursor::byte);
         let warnings = at.list(Cursor::string);
-        NamedCharacter { name, nodes, clips, materials, parts, levels, measured, discrete, frames, obstacles, warnings }
+        NamedCharacter {
+            name,
+            nodes,
+            clips,
+            contacts,
+            materials,
+            parts,
+            levels,
+            measured,
+            discrete,
+            frames,
+            obstacles,
+            warnings,
+        }
     }
 
     fn read_track(&self, at: &mut Cursor<'_>) -> Track {
@@ -309,6 +346,32 @@ impl Cursor<'_> {
     fn list<T>(&mut self, mut read: impl FnMut(&mut Self) -> T) -> Vec<T> {
         (0..self.varint()).map(|_| read(self)).collect()
     }
+}
+
+/// Of an exponent of normal floats.
+fn power_of_two(exponent: i32) -> f32 {
+    f32::from_bits(((exponent + 127) as u32) << 23)
+}
+
+/// Section 5: a half float.
+fn half(bits: u16) -> f32 {
+    let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023));
+    let size =
+        if exponent == 0 { mantissa / 16_777_216.0 } else { (1.0 + mantissa / 1024.0) * power_of_two(exponent - 15) };
+    if bits >> 15 == 1 { -size } else { size }
+}
+
+/// Section 5: rows of a quantised joint.
+fn quantized(texel: &[u8]) -> [[f32; 4]; 3] {
+    let step = |exponent: u8| if exponent == 0 { 0.0 } else { power_of_two(i32::from(exponent) - 127) };
+    let number = |at: usize| f32::from(u16_at(texel, at) as i16);
+    let [x, y, z, w] = [0, 2, 4, 6].map(|at| number(at) * step(texel[14]));
+    let [tx, ty, tz] = [8, 10, 12].map(|at| number(at) * step(texel[15]));
+    [
+        [w * w + x * x - y * y - z * z, 2.0 * (x * y - z * w), 2.0 * (x * z + y * w), tx],
+        [2.0 * (x * y + z * w), w * w + y * y - x * x - z * z, 2.0 * (y * z - x * w), ty],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), w * w + z * z - x * x - y * y, tz],
+    ]
 }
 
 /// CRC-32 bit by bit, as section "Conventions" gives it.

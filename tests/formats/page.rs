@@ -45,9 +45,9 @@ macro_rules! check_record {
 
 #[test]
 fn records_are_where_the_page_says() {
-    check_record!(CharacterRecord, "### CharacterRecord, 96 bytes", vertex_offset vertex_count triangle_offset triangle_count
+    check_record!(CharacterRecord, "### CharacterRecord, 112 bytes", vertex_offset vertex_count triangle_offset triangle_count
         lod_offset min_vertex_count min_triangle_count joint_count clip_offset clip_count material_offset material_count sphere
-        box_min height_m box_max inverse_bind_offset);
+        box_min height_m box_max inverse_bind_offset joint_storage storage_error_m reserved);
     check_record!(VertexRecord, "### VertexRecord, 48 bytes", position normal_oct uv color material_class joints weights);
     check_record!(LodRecord, "### LodRecord, 8 bytes", vertex_count triangle_count);
     check_record!(ClipRecord, "### ClipRecord, 48 bytes", texel_offset frame_count duration_s ground_speed_m_s sphere

@@ -1,9 +1,10 @@
 //! Contents that obey every rule and are otherwise drawn by lot.
 
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, ManifestBlocked,
-    ManifestCharacter, ManifestClip, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured, ManifestNode,
-    ManifestPart, ManifestTarget, ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord,
+    AnimationLayout, CharacterRecord, ClipRecord, JointRows, LevelRecord, LevelSetRecord, LodRecord, ManifestBlocked,
+    ManifestCharacter, ManifestClip, ManifestContact, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured,
+    ManifestNode, ManifestPart, ManifestTarget, ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord,
+    store_frame,
 };
 
 /// SplitMix64: numbers from a seed.
@@ -74,6 +75,8 @@ fn add_character(pack: &mut PackContents, index: u32, random: &mut Random) {
         height_m: random.float().abs(),
         box_max: [11.0; 3],
         inverse_bind_offset: if split { pack.inverse_binds.len() as u32 } else { 0 },
+        joint_storage: if split { 0 } else { random.below(3) as u32 },
+        storage_error_m: random.float().abs(),
         ..CharacterRecord::default()
     };
     let levels = add_mesh(pack, &mut record, random);
@@ -238,8 +241,17 @@ fn add_clip(
     random: &mut Random,
 ) {
     let (texel_offset, frame_count) = (pack.animation.len() as u32, random.count(1, 4));
-    let texels = frame_count * record.joint_count * pack.manifest.animation_layout.texels_per_joint();
-    pack.animation.extend((0..texels).map(|_| random.floats::<4>()));
+    let storage = record.storage().expect("it was drawn from all there are");
+    for _ in 0..frame_count {
+        let joints: Vec<JointRows> = (0..record.joint_count).map(|_| [0; 3].map(|_| random.floats())).collect();
+        match pack.manifest.animation_layout {
+            AnimationLayout::Premultiplied3x4 => store_frame(storage, &joints, &mut pack.animation),
+            AnimationLayout::Split4x4 => {
+                let rows = joints.iter().flat_map(|&[x, y, z]| [x, y, z, [0.0, 0.0, 0.0, 1.0]]);
+                pack.animation.extend(rows.map(|row| row.map(f32::to_bits)));
+            }
+        }
+    }
     let sphere = [random.float(), random.float(), random.float(), random.float().abs()];
     pack.clips.push(ClipRecord { texel_offset, frame_count, duration_s: 1.5, sphere, ..ClipRecord::default() });
     let mut tracks = Vec::new();
@@ -255,5 +267,17 @@ fn add_clip(
         pack.track_values.extend((0..track.value_count).map(|_| random.float()));
         tracks.push(track);
     }
-    character.clips.push(ManifestClip { name: random.name("clip", clip), tracks });
+    let contact =
+        |joint: u32| ManifestContact { joint, start_s: joint as f32 * 0.125, end_s: joint as f32 * 0.125 + 0.5 };
+    let contacts = (0..random.below(u64::from(record.joint_count) + 1) as u32).map(contact).collect();
+    let (slide_m_s, rooted_slide_m_s) = (random.float().abs(), random.float().abs());
+    let root_path_m = (0..random.count(0, 3)).map(|_| random.floats()).collect();
+    character.clips.push(ManifestClip {
+        name: random.name("clip", clip),
+        tracks,
+        contacts,
+        slide_m_s,
+        root_path_m,
+        rooted_slide_m_s,
+    });
 }

@@ -1,7 +1,7 @@
 //! One broken rule at a time: each is refused, on writing as on reading, with a message that names the place.
 
 use crate::tiny_pack;
-use crowd_pack::{AnimationLayout, Error, ManifestTarget, NONE, PackContents};
+use crowd_pack::{AnimationLayout, Error, JointStorage, ManifestTarget, NONE, PackContents};
 
 type Break = fn(&mut PackContents);
 
@@ -44,10 +44,20 @@ const BROKEN: &[(&str, Break)] = &[
     ("character 1: clip 1: frames", |p| p.clips[2].frame_count = 0),
     ("character 1: clip 1: texels: offset", |p| p.clips[2].texel_offset += 1),
     ("character 1: clip 1: texels: elements", |p| p.clips[2].frame_count = u32::MAX),
-    ("character 1: clip 1: texel 11", |p| p.animation.last_mut().unwrap()[3] = f32::NAN),
+    ("character 1: clip 1: texel 11", |p| p.animation.last_mut().unwrap()[3] = f32::NAN.to_bits()),
     ("character 1: clip 0: duration", |p| p.clips[1].duration_s = -1.0),
     ("character 1: clip 0: sphere", |p| p.clips[1].sphere[0] = f32::NAN),
-    ("section animation: elements", |p| p.animation.push([0.0; 4])),
+    ("section animation: elements", |p| p.animation.push([0; 4])),
+    ("character 1: joint storage", |p| p.characters[1].joint_storage = 3),
+    ("character 1: storage error", |p| p.characters[1].storage_error_m = f32::NAN),
+    ("character 1: reserved", |p| p.characters[1].reserved[1] = 1),
+    // Other storages have fewer texels.
+    ("character 1: clip 0: texels: offset", |p| p.characters[0].joint_storage = 1),
+    ("`tetrahedron`: clip 1: slide", |p| p.manifest.characters[1].clips[1].slide_m_s = -1.0),
+    ("`tetrahedron`: clip 1: slide along", |p| p.manifest.characters[1].clips[1].rooted_slide_m_s = f32::NAN),
+    ("`tetrahedron`: clip 1: path", |p| p.manifest.characters[1].clips[1].root_path_m[2][1] = f32::INFINITY),
+    ("`tetrahedron`: clip 1: contact 0", |p| p.manifest.characters[1].clips[1].contacts[0].joint = 2),
+    ("`tetrahedron`: clip 1: contact 0", |p| p.manifest.characters[1].clips[1].contacts[0].end_s = f32::NAN),
     ("section inverse_binds: elements", |p| p.inverse_binds.push([0.0; 4])),
     ("character 1: inverse bind matrices", |p| p.characters[1].inverse_bind_offset = 4),
     ("character 0: material 0: image", |p| p.materials[0].image = 1),
@@ -148,6 +158,33 @@ fn each_broken_rule_is_named() {
         assert!(message.contains(place), "rule {number}: {message}, wanted {place}");
         assert!(message.contains("found") && message.contains("allowed"), "{message}");
     }
+}
+
+#[test]
+fn joints_that_are_no_numbers_are_refused_in_every_storage() {
+    let faults: [(JointStorage, usize, u32, &str); 5] = [
+        (JointStorage::F32, 0, f32::INFINITY.to_bits(), "finite numbers"),
+        (JointStorage::F16, 1, 0x7e00, "finite half floats"),
+        (JointStorage::F16, 1, 0xfc00_0000, "finite half floats"),
+        // Powers of two of which the shader would make infinities.
+        (JointStorage::Quantized, 3, 0xff71_0000, "exponents"),
+        (JointStorage::Quantized, 3, 0x71ff_0000, "exponents"),
+    ];
+    for (storage, word, bits, allowed) in faults {
+        let mut contents = tiny_pack::stored(AnimationLayout::Premultiplied3x4, storage);
+        assert!(contents.to_bytes().is_ok());
+        contents.animation.last_mut().expect("it has clips")[word] = bits;
+        let message = contents.to_bytes().expect_err("no pose has such joints").to_string();
+        assert!(message.contains("character 1: clip 1: texel") && message.contains(allowed), "{message}");
+    }
+    // Half a texel that belongs to nobody, behind the flag's only joint.
+    let mut contents = tiny_pack::stored(AnimationLayout::Premultiplied3x4, JointStorage::F16);
+    contents.animation[1][3] = 1;
+    let message = contents.to_bytes().expect_err("every byte means something").to_string();
+    assert!(message.contains("character 0: clip 0: texel 1") && message.contains("zeros"), "{message}");
+    let split = tiny_pack::stored(AnimationLayout::Split4x4, JointStorage::Quantized);
+    let message = split.to_bytes().expect_err("the papers have floats").to_string();
+    assert!(message.contains("character 0: joint storage"), "{message}");
 }
 
 #[test]

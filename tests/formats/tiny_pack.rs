@@ -1,10 +1,10 @@
 //! Two characters small enough to check by hand: a flag of two triangles and a tetrahedron with a cut edge.
 
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestBlocked,
-    ManifestCharacter, ManifestClip, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured,
-    ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTarget, ManifestTrack, MaterialRecord, NONE,
-    PackContents, VertexRecord, material_flags,
+    AnimationLayout, CharacterRecord, ClipRecord, JointStorage, LevelRecord, LevelSetRecord, LodRecord, Manifest,
+    ManifestBlocked, ManifestCharacter, ManifestClip, ManifestContact, ManifestDiscrete, ManifestJoint, ManifestLevel,
+    ManifestMeasured, ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTarget, ManifestTrack,
+    MaterialRecord, NONE, PackContents, VertexRecord, material_flags, store_frame,
 };
 
 /// A PNG of 2 x 2 pixels: red, white; white, blue.
@@ -16,14 +16,19 @@ pub const PNG: [u8; 78] = [
 
 const IDENTITY: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// The pack in one of the two animation layouts.
+/// The pack in one of the two animation layouts, joints as full floats.
 pub fn contents(layout: AnimationLayout) -> PackContents {
+    stored(layout, JointStorage::F32)
+}
+
+/// The pack with its joints stored like that, in the split layout as full floats.
+pub fn stored(layout: AnimationLayout, storage: JointStorage) -> PackContents {
     let mut pack = PackContents {
         manifest: Manifest { generator: "by hand".to_owned(), animation_layout: layout, characters: Vec::new() },
         ..PackContents::default()
     };
-    add_flag(&mut pack);
-    add_tetrahedron(&mut pack);
+    add_flag(&mut pack, storage);
+    add_tetrahedron(&mut pack, storage);
     pack
 }
 
@@ -46,9 +51,9 @@ fn next_character(pack: &PackContents) -> CharacterRecord {
 ///   | \ |
 ///   0---1
 /// ```
-fn add_flag(pack: &mut PackContents) {
+fn add_flag(pack: &mut PackContents, storage: JointStorage) {
     let image = pack.add_image(&PNG, 2, 2, 0);
-    let record = next_character(pack);
+    let record = CharacterRecord { joint_storage: storage.code(), ..next_character(pack) };
     for (x, y, class) in [(0.0, 1.0, 2), (1.0, 1.0, 2), (0.0, 2.0, 2), (1.0, 2.0, 0)] {
         let uv = [x, 2.0 - y];
         let joints = ([0; 4], [1.0, 0.0, 0.0, 0.0]);
@@ -60,7 +65,7 @@ fn add_flag(pack: &mut PackContents) {
         (LodRecord { vertex_count: 3, triangle_count: 1 }, LodRecord { vertex_count: 4, triangle_count: 2 });
     pack.lods.extend([coarse, coarse, coarse, coarse, full]);
     let sphere = [0.5, 1.5, 0.0, 0.75];
-    push_clip(pack, &[&[[0.0; 3]]], 0.0, sphere);
+    push_clip(pack, storage, &[&[[0.0; 3]]], 0.0, sphere);
     push_inverse_binds(pack, &[IDENTITY]);
     pack.materials.push(MaterialRecord {
         base_color: [1.0; 4],
@@ -93,7 +98,7 @@ fn add_flag(pack: &mut PackContents) {
         source: "flag.glb".to_owned(),
         nodes: vec![node("cloth", None, [0.0; 3])],
         joints: vec![ManifestJoint { node: 0, inverse_bind: IDENTITY }],
-        clips: vec![ManifestClip { name: "rest".to_owned(), tracks: Vec::new() }],
+        clips: vec![ManifestClip { name: "rest".to_owned(), ..ManifestClip::default() }],
         materials: vec!["checks".to_owned()],
         parts: vec![ManifestPart { name: "cloth".to_owned(), material: 0, triangle_count: 2, rigid: true }],
         criteria: "wedge".to_owned(),
@@ -115,8 +120,8 @@ fn add_flag(pack: &mut PackContents) {
 }
 
 /// A tetrahedron with vertex 4 in the middle of the edge from 1 to the apex 3; vertex 4 moves into 3 and takes two triangles along.
-fn add_tetrahedron(pack: &mut PackContents) {
-    let record = next_character(pack);
+fn add_tetrahedron(pack: &mut PackContents, storage: JointStorage) {
+    let record = CharacterRecord { joint_storage: storage.code(), ..next_character(pack) };
     let corners = [[0.0, 0.0, 0.5], [0.5, 0.0, -0.5], [-0.5, 0.0, -0.5], [0.0, 1.0, 0.0], [0.25, 0.5, -0.25]];
     let normals = [[0.0, 0.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 0.0, -1.0], [0.0, 1.0, 0.0], [2.0, 1.0, -1.0]];
     for (number, (corner, normal)) in corners.into_iter().zip(normals).enumerate() {
@@ -141,8 +146,14 @@ fn add_tetrahedron(pack: &mut PackContents) {
         (LodRecord { vertex_count: 4, triangle_count: 4 }, LodRecord { vertex_count: 5, triangle_count: 6 });
     pack.lods.extend([coarse, coarse, coarse, coarse, coarse, full]);
     let sphere = [0.0, 0.5, 0.0, 1.25];
-    push_clip(pack, &[&[[0.0; 3], [0.0; 3]], &[[0.0; 3], [0.25, 0.0, 0.0]], &[[0.0; 3], [0.0; 3]]], 0.5, sphere);
-    push_clip(pack, &[&[[0.0; 3], [0.0; 3]], &[[0.0, 0.0, 2.0], [0.0, 0.0, 2.0]]], 1.0, [0.0, 0.5, 1.0, 2.25]);
+    push_clip(
+        pack,
+        storage,
+        &[&[[0.0; 3], [0.0; 3]], &[[0.0; 3], [0.25, 0.0, 0.0]], &[[0.0; 3], [0.0; 3]]],
+        0.5,
+        sphere,
+    );
+    push_clip(pack, storage, &[&[[0.0; 3], [0.0; 3]], &[[0.0, 0.0, 2.0], [0.0, 0.0, 2.0]]], 1.0, [0.0, 0.5, 1.0, 2.25]);
     let hop = pack.clips.last_mut().expect("the clip was pushed in the line above");
     (hop.ground_speed_m_s, hop.root_displacement_m) = (2.0, [0.0, 0.0, 2.0]);
     push_inverse_binds(pack, &[IDENTITY, IDENTITY]);
@@ -160,6 +171,7 @@ fn add_tetrahedron(pack: &mut PackContents) {
         box_min: [-0.5, 0.0, -0.5],
         height_m: 1.0,
         box_max: [0.75, 1.0, 2.5],
+        storage_error_m: 0.001_953_125,
         ..record
     });
     let first = next_set(pack);
@@ -191,6 +203,9 @@ fn add_tetrahedron(pack: &mut PackContents) {
     let sway = push_track(pack, 1, 1, &[0.0, 0.25, 0.5], &[0.0, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let tangents = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0];
     let hop = push_track(pack, 0, 2, &[0.0, 1.0], &tangents);
+    let contact = ManifestContact { joint: 1, start_s: 0.25, end_s: 0.75 };
+    let root_path_m = vec![[0.0, 0.5], [0.0, -0.5], [0.0, 0.5]];
+    let hop_feet = ManifestClip { slide_m_s: 0.125, root_path_m, rooted_slide_m_s: 0.0625, ..ManifestClip::default() };
     pack.manifest.characters.push(ManifestCharacter {
         name: "tetrahedron".to_owned(),
         source: "tetrahedron.gltf".to_owned(),
@@ -200,8 +215,8 @@ fn add_tetrahedron(pack: &mut PackContents) {
             ManifestJoint { node: 1, inverse_bind: IDENTITY },
         ],
         clips: vec![
-            ManifestClip { name: "sway".to_owned(), tracks: vec![sway] },
-            ManifestClip { name: "hop".to_owned(), tracks: vec![hop] },
+            ManifestClip { name: "sway".to_owned(), tracks: vec![sway], ..ManifestClip::default() },
+            ManifestClip { name: "hop".to_owned(), tracks: vec![hop], contacts: vec![contact], ..hop_feet },
         ],
         materials: vec!["side".to_owned(), "tip".to_owned()],
         parts: vec![ManifestPart { name: "body".to_owned(), material: 0, triangle_count: 70_000, rigid: false }],
@@ -263,12 +278,22 @@ fn node(name: &str, parent: Option<u32>, translation: [f32; 3]) -> ManifestNode 
 }
 
 /// A clip whose matrices only move: `frames[f][j]` is the translation of joint j in frame f.
-fn push_clip(pack: &mut PackContents, frames: &[&[[f32; 3]]], duration_s: f32, sphere: [f32; 4]) {
+fn push_clip(
+    pack: &mut PackContents,
+    storage: JointStorage,
+    frames: &[&[[f32; 3]]],
+    duration_s: f32,
+    sphere: [f32; 4],
+) {
     let texel_offset = pack.animation.len() as u32;
-    for &[x, y, z] in frames.iter().copied().flatten() {
-        pack.animation.extend([[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]]);
+    for frame in frames {
+        let moved = |&[x, y, z]: &[f32; 3]| [[1.0, 0.0, 0.0, x], [0.0, 1.0, 0.0, y], [0.0, 0.0, 1.0, z]];
+        let joints: Vec<_> = frame.iter().map(moved).collect();
         if pack.manifest.animation_layout == AnimationLayout::Split4x4 {
-            pack.animation.push([0.0, 0.0, 0.0, 1.0]);
+            let rows = joints.iter().flat_map(|&[x, y, z]| [x, y, z, [0.0, 0.0, 0.0, 1.0]]);
+            pack.animation.extend(rows.map(|row| row.map(f32::to_bits)));
+        } else {
+            store_frame(storage, &joints, &mut pack.animation);
         }
     }
     let frame_count = frames.len() as u32;

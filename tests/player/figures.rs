@@ -97,7 +97,7 @@ fn push_post(pack: &mut PackContents, post: &Post) {
         box_min: [-post.height_m, -0.1, -post.height_m],
         height_m: post.height_m,
         box_max: [post.height_m; 3],
-        inverse_bind_offset: 0,
+        ..Default::default()
     });
     let node = ManifestNode { rotation: [0.0, 0.0, 0.0, 1.0], scale: [1.0; 3], ..Default::default() };
     let clip = |name: &str| ManifestClip { name: name.into(), ..Default::default() };
@@ -149,8 +149,9 @@ fn push_clip(pack: &mut PackContents, post: &Post, frames: usize) {
     for frame in 0..frames {
         let share = frame as f32 / (frames.max(2) - 1) as f32;
         let (s, c) = libm::sincosf(0.5 * libm::sinf(TAU * share));
-        pack.animation.extend([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]);
-        pack.animation.extend([[c, -s, 0.0, s * middle], [s, c, 0.0, middle - c * middle], [0.0, 0.0, 1.0, 0.0]]);
+        let still = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        let turned = [[c, -s, 0.0, s * middle], [s, c, 0.0, middle - c * middle], [0.0, 0.0, 1.0, 0.0]];
+        crowd_pack::store_frame(crowd_pack::JointStorage::F32, &[still, turned], &mut pack.animation);
     }
     pack.clips.push(ClipRecord {
         texel_offset,

@@ -3,8 +3,8 @@
 //! No bake is needed, so that the runtime can be tested without it. The collapses are valid but not clever.
 
 use crowd_pack::{
-    CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord, NONE, VertexRecord,
-    encode_normal, material_flags,
+    CharacterRecord, ClipRecord, JointStorage, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord, NONE,
+    VertexRecord, encode_normal, material_flags, store_frame, stored_frames,
 };
 use crowd_stages::{CrowdData, FrameConfig, FrameView, InstanceRecord, TextureLayer, Weight};
 use glam::{Mat4, Vec3};
@@ -134,7 +134,10 @@ fn checker(dark_alpha: u8) -> TextureLayer {
 fn add_barrel(data: &mut CrowdData, barrel: &Barrel) {
     let (vertices, triangles) = barrel_mesh(barrel);
     let order = collapse_all(&triangles, &vertices);
+    // All storages stand side by side.
+    let storage = JointStorage::ALL[data.characters.len() % 3];
     let mut character = CharacterRecord {
+        joint_storage: storage.code(),
         vertex_offset: data.vertices.len() as u32,
         vertex_count: vertices.len() as u32,
         triangle_offset: data.triangles.len() as u32,
@@ -152,7 +155,7 @@ fn add_barrel(data: &mut CrowdData, barrel: &Barrel) {
     };
     let vertices: Vec<VertexRecord> = order.sources.iter().map(|source| vertices[*source as usize]).collect();
     for bend_rad in [0.5, 1.1] {
-        let clip = add_clip(data, barrel, &vertices, bend_rad);
+        let clip = add_clip(data, storage, barrel, &vertices, bend_rad);
         data.clips.push(clip);
     }
     for k in 0..=character.vertex_count {
@@ -259,7 +262,13 @@ fn blend_weights(up: f32) -> [u32; 2] {
 }
 
 /// Texels of a swaying clip, and its record with a sphere that holds every vertex of every frame.
-fn add_clip(data: &mut CrowdData, barrel: &Barrel, vertices: &[VertexRecord], bend_rad: f32) -> ClipRecord {
+fn add_clip(
+    data: &mut CrowdData,
+    storage: JointStorage,
+    barrel: &Barrel,
+    vertices: &[VertexRecord],
+    bend_rad: f32,
+) -> ClipRecord {
     let texel_offset = data.animation.len() as u32;
     let mut radius = 0.0f32;
     let center = Vec3::new(0.0, barrel.height_m * 0.5, 0.0);
@@ -272,9 +281,14 @@ fn add_clip(data: &mut CrowdData, barrel: &Barrel, vertices: &[VertexRecord], be
         };
         let middle = about(0.3, bend);
         let joints = [Mat4::IDENTITY, middle, middle * about(0.7, bend)];
-        for joint in joints {
-            data.animation.extend_from_slice(&joint.transpose().to_cols_array_2d()[..3]);
-        }
+        let first = data.animation.len();
+        let rows = |m: Mat4| m.transpose().to_cols_array_2d();
+        let exact = joints.map(|joint| [rows(joint)[0], rows(joint)[1], rows(joint)[2]]);
+        store_frame(storage, &exact, &mut data.animation);
+        let joints: Vec<Mat4> = stored_frames(storage, &data.animation[first..], JOINTS as u32)
+            .into_iter()
+            .map(|[x, y, z]| Mat4::from_cols_array_2d(&[x, y, z, [0.0, 0.0, 0.0, 1.0]]).transpose())
+            .collect();
         for vertex in vertices {
             let position = Vec3::from_array(vertex.position);
             let joint = (vertex.joints[0] & 0xffff) as usize;

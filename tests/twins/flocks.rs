@@ -32,6 +32,7 @@ pub fn cast() -> Cast {
         duration_s: 1.2,
         ground_speed_m_s: speed,
         displacement_m: glam::Vec3::new(0.1, 0.0, moved),
+        ..Default::default()
     };
     let mover = |moved: f32| Mover {
         clips: [clip(0, 0.0, 0.0), clip(0, 1.2, moved), clip(1, 2.5, 0.0)],

@@ -149,7 +149,7 @@ fn clips_far_down_the_animation_texture_draw_the_same_picture() {
 
     let mut moved = data().clone();
     let before = ANIMATION_WIDTH * ANIMATION_HEIGHT * 2 - 100;
-    moved.animation = vec![[9.0; 4]; before as usize];
+    moved.animation = vec![[9.0_f32.to_bits(); 4]; before as usize];
     moved.animation.extend_from_slice(&data().animation);
     for clip in &mut moved.clips {
         clip.texel_offset += before;

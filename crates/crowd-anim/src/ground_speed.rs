@@ -14,23 +14,26 @@ const SOLE_SHARE: f32 = 0.05;
 const GROUND_QUANTILE: f32 = 0.25;
 /// A point no higher than this over the ground before and after a step in time stands on it, as a share of the height.
 const PLANTED_SHARE: f32 = 0.02;
+/// A point that moves over the ground faster than this share of the walking speed does not stand, however low it is: it swings.
+pub(crate) const STANDING_SHARE: f32 = 0.5;
 /// A clip whose soles are planted in a smaller share of its time does not walk.
 const LEAST_PLANTED: f32 = 0.3;
 /// Nor does one that sways, slower than this share of the height a second.
 const STILL_SHARE: f32 = 0.05;
 /// Nor does one that ends this far from where it began, as a share of the height: a fall, lying down.
 const LOOP_SHARE: f32 = 0.1;
-/// The steps in time that agree best, as a share of them, tell the speed: feet roll, and swing low between.
+/// The steps of points that agree best, as a share of them, tell the speed: feet roll, and swing low between.
 const AGREEING_SHARE: f32 = 1.0 / 3.0;
 
 /// Speed, metres a second, at which a character must move over the ground so that its planted feet stay where they are.
 ///
 /// Between two frames the planted points are those of the mesh that lie no more than 2 % of the height over the ground in both,
-/// the ground being where the lowest point is in a quarter of the frames. Their mean horizontal movement, root motion included, is
-/// what the feet slide by when the character stands; the third of the clip's steps in time that agree best tell the velocity.
+/// the ground being where the lowest point is in a quarter of the frames. Their horizontal movement, root motion included, is
+/// what the feet slide by when the character stands; the third of all these movements that agree best tell the velocity: most points stand, those of a foot that
+/// swings low do not agree. Where some foot stands at all times it is then evened out, so that standing feet do not drift over a turn.
 /// Less the root's own mean velocity, that is the speed of the walk: of a clip with root motion the root's, of one on the
 /// spot the ground's under the feet. 0 for what is no walk: a single pose, a clip that does not end where it began (a tenth
-/// of the height), that stands on the ground in less than three tenths of its time, whose planted feet do not agree to
+/// of the height), that stands on the ground in less than three tenths of its time, whose planted points do not agree to
 /// within the speed itself, or that is slower than a twentieth of the height a second.
 ///
 /// `positions`, `joints`, `weights`: one per vertex, bind space, metres, Y up; `joint_count`: matrices a frame in the clip's
@@ -42,43 +45,116 @@ pub fn ground_speed(
     clip: &SampledClip,
     joint_count: usize,
 ) -> f32 {
-    let frames: Vec<&[Mat3x4]> = clip.palettes.chunks_exact(joint_count.max(1)).collect();
-    if frames.len() < 2 || clip.duration_s <= 0.0 {
-        return 0.0;
-    }
-    let place = |vertex: usize, frame: usize| skin(positions[vertex], &joints[vertex], &weights[vertex], frames[frame]);
-    let (soles, height) = find_soles(positions.len(), frames.len(), place);
-    // `[frame][point]`.
-    let paths: Vec<Vec<[f32; 3]>> =
-        (0..frames.len()).map(|frame| soles.iter().map(|&vertex| place(vertex, frame)).collect()).collect();
-    let low = |points: &Vec<[f32; 3]>| points.iter().fold(f32::INFINITY, |low, point| low.min(point[1]));
-    let ground = quantile(paths.iter().map(low).collect(), GROUND_QUANTILE);
-    let planted = |point: &[f32; 3]| point[1] <= ground + PLANTED_SHARE * height;
-    let step_s = clip.duration_s / (frames.len() - 1) as f32;
+    let Some(soles) = Soles::of(positions, joints, weights, clip, joint_count) else { return 0.0 };
+    walking_velocity(&soles, clip).map_or(0.0, speed_of)
+}
 
+/// The velocity along x and z with which the character must move over the ground, the root's own included: see [`ground_speed`]. `None` for
+/// what is no walk.
+pub(crate) fn walking_velocity(soles: &Soles, clip: &SampledClip) -> Option<[f32; 2]> {
     let mut velocities: [Vec<f32>; 2] = [Vec::new(), Vec::new()];
-    for pair in paths.windows(2) {
-        let (mut sum, mut count) = ([0.0_f32; 2], 0.0_f32);
+    let mut planted_steps = 0_u32;
+    for pair in soles.paths.windows(2) {
+        let before = velocities[0].len();
         for (before, after) in pair[0].iter().zip(&pair[1]) {
-            if planted(before) && planted(after) {
-                sum = [sum[0] + after[0] - before[0], sum[1] + after[2] - before[2]];
-                count += 1.0;
+            if soles.is_planted(before) && soles.is_planted(after) {
+                velocities[0].push((after[0] - before[0]) / soles.step_s);
+                velocities[1].push((after[2] - before[2]) / soles.step_s);
             }
         }
-        if count > 0.0 {
-            velocities.iter_mut().zip(sum).for_each(|(all, sum)| all.push(sum / count / step_s));
-        }
+        planted_steps += u32::from(velocities[0].len() > before);
     }
-    let planted_share = velocities[0].len() as f32 / (frames.len() - 1) as f32;
-    if planted_share < LEAST_PLANTED || clip.loop_gap_m > LOOP_SHARE * height {
-        return 0.0;
+    let planted_share = planted_steps as f32 / (soles.paths.len() - 1) as f32;
+    if planted_share < LEAST_PLANTED || clip.loop_gap_m > LOOP_SHARE * soles.height {
+        return None;
     }
     let root = [0, 2].map(|axis| clip.root_motion.displacement_m[axis] / clip.duration_s);
     let [(x, spread_x), (z, spread_z)] = velocities.map(most_agreed);
     let over_ground = [root[0] - x, root[1] - z];
-    let speed = (over_ground[0] * over_ground[0] + over_ground[1] * over_ground[1]).sqrt();
+    let speed = speed_of(over_ground);
     let agree = spread_x.max(spread_z) <= speed;
-    if speed.is_finite() && agree && speed >= STILL_SHARE * height { speed } else { 0.0 }
+    let walks = speed.is_finite() && agree && speed >= STILL_SHARE * soles.height;
+    walks.then(|| even_out(soles, over_ground, root))
+}
+
+/// The velocity at which feet that always stand somewhere do not drift over a turn of the clip; as it was where somebody is in the air at times.
+fn even_out(soles: &Soles, over_ground: [f32; 2], root: [f32; 2]) -> [f32; 2] {
+    let ground = [over_ground[0] - root[0], over_ground[1] - root[1]];
+    let standing = soles.standing(ground, STANDING_SHARE * speed_of(over_ground));
+    if standing.iter().any(Vec::is_empty) {
+        return over_ground;
+    }
+    let drift = |axis: usize| standing.iter().map(|points| median(points, axis)).sum::<f32>() / standing.len() as f32;
+    [over_ground[0] - drift(0), over_ground[1] - drift(1)]
+}
+
+/// The median along an axis of a step's standing points; 0 of none.
+pub(crate) fn median(points: &[(usize, [f32; 2])], axis: usize) -> f32 {
+    let mut values: Vec<f32> = points.iter().map(|(_, velocity)| velocity[axis]).collect();
+    values.sort_unstable_by(f32::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Length of a velocity along the ground.
+pub(crate) fn speed_of([x, z]: [f32; 2]) -> f32 {
+    (x * x + z * z).sqrt()
+}
+
+/// The soles of a moving character.
+pub(crate) struct Soles {
+    /// Their points, by number of the vertex.
+    pub(crate) vertices: Vec<usize>,
+    /// Where they are: `[frame][point]`, metres.
+    pub(crate) paths: Vec<Vec<[f32; 3]>>,
+    /// Of the character, metres.
+    pub(crate) height: f32,
+    /// Seconds from frame to frame.
+    pub(crate) step_s: f32,
+    ground: f32,
+}
+
+impl Soles {
+    /// `None` for a single pose.
+    pub(crate) fn of(
+        positions: &[[f32; 3]],
+        joints: &[[u16; 4]],
+        weights: &[[f32; 4]],
+        clip: &SampledClip,
+        joint_count: usize,
+    ) -> Option<Self> {
+        let frames: Vec<&[Mat3x4]> = clip.palettes.chunks_exact(joint_count.max(1)).collect();
+        if frames.len() < 2 || clip.duration_s <= 0.0 {
+            return None;
+        }
+        let place =
+            |vertex: usize, frame: usize| skin(positions[vertex], &joints[vertex], &weights[vertex], frames[frame]);
+        let (vertices, height) = find_soles(positions.len(), frames.len(), place);
+        let paths: Vec<Vec<[f32; 3]>> =
+            (0..frames.len()).map(|frame| vertices.iter().map(|&vertex| place(vertex, frame)).collect()).collect();
+        let low = |points: &Vec<[f32; 3]>| points.iter().fold(f32::INFINITY, |low, point| low.min(point[1]));
+        let ground = quantile(paths.iter().map(low).collect(), GROUND_QUANTILE);
+        let step_s = clip.duration_s / (frames.len() - 1) as f32;
+        Some(Self { vertices, paths, height, step_s, ground })
+    }
+
+    /// Step by step, the points that stand and their velocities along x and z over the ground: those that are low enough before and after, and
+    /// no faster than `slow`. `ground`: what the character moves by beside what is in its poses.
+    pub(crate) fn standing(&self, ground: [f32; 2], slow: f32) -> Vec<Vec<(usize, [f32; 2])>> {
+        let step = |pair: &[Vec<[f32; 3]>]| {
+            let points = pair[0].iter().zip(&pair[1]).enumerate();
+            let low = points.filter(|(_, (before, after))| self.is_planted(before) && self.is_planted(after));
+            let moving = low.map(|(point, (before, after))| {
+                (point, [0, 1].map(|axis| (after[axis * 2] - before[axis * 2]) / self.step_s + ground[axis]))
+            });
+            moving.filter(|(_, velocity)| speed_of(*velocity) <= slow).collect()
+        };
+        self.paths.windows(2).map(step).collect()
+    }
+
+    /// Low enough to stand.
+    pub(crate) fn is_planted(&self, point: &[f32; 3]) -> bool {
+        point[1] <= self.ground + PLANTED_SHARE * self.height
+    }
 }
 
 /// The median of the shortest interval that holds [`AGREEING_SHARE`] of the values, and how long it is.

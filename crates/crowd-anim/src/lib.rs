@@ -7,6 +7,8 @@
 mod animated_bounds;
 mod check_input;
 mod evaluate_track;
+mod foot_contacts;
+mod frames_apart;
 mod ground_speed;
 mod pose_nodes;
 mod sample_clip;
@@ -14,7 +16,9 @@ mod skin;
 mod types;
 
 pub use animated_bounds::{animated_bounds, union_bounds};
+pub use foot_contacts::{FootContact, FootContacts, foot_contacts};
+pub use frames_apart::frames_apart;
 pub use ground_speed::ground_speed;
 pub use pose_nodes::pose_at;
-pub use sample_clip::{MAX_FRAMES, MAX_MATRICES, rest_clip, sample_clip};
+pub use sample_clip::{MAX_FRAMES, MAX_MATRICES, rest_clip, sample_clip, sample_frames};
 pub use types::*;

@@ -28,9 +28,37 @@ pub fn sample_clip(skeleton: &Skeleton, joints: &[Joint], clip: &ClipView<'_>, f
     expect((1.0..=240.0).contains(&fps), rate, || fps.to_string(), || "1 to 240".to_owned())?;
     check_skeleton(skeleton, joints)?;
     check_clip(skeleton, clip)?;
-    let duration_s = clip.tracks.iter().filter_map(|track| track.times.last()).fold(0.0_f32, |a, &t| a.max(t));
-    let frame_count = count_frames(clip, duration_s, fps, joints.len())?;
+    let frame_count = count_frames(clip, duration_of(clip), fps, joints.len())?;
+    sample(skeleton, joints, clip, frame_count)
+}
 
+/// Samples a clip at that many frames, spread evenly from its beginning to its end: one for a clip without duration, at least two for others.
+///
+/// # Errors
+/// As [`sample_clip`].
+pub fn sample_frames(
+    skeleton: &Skeleton,
+    joints: &[Joint],
+    clip: &ClipView<'_>,
+    frame_count: u32,
+) -> Result<SampledClip> {
+    check_skeleton(skeleton, joints)?;
+    check_clip(skeleton, clip)?;
+    let allowed = if duration_of(clip) > 0.0 { 2..=MAX_FRAMES } else { 1..=1 };
+    let what = || format!("clip `{}`: frames", clip.name.escape_debug());
+    expect(allowed.contains(&frame_count), what, || frame_count.to_string(), || format!("{allowed:?}"))?;
+    check_matrices(clip, frame_count, joints.len())?;
+    sample(skeleton, joints, clip, frame_count)
+}
+
+/// The largest key time of any track.
+fn duration_of(clip: &ClipView<'_>) -> f32 {
+    clip.tracks.iter().filter_map(|track| track.times.last()).fold(0.0_f32, |a, &t| a.max(t))
+}
+
+/// The input was checked.
+fn sample(skeleton: &Skeleton, joints: &[Joint], clip: &ClipView<'_>, frame_count: u32) -> Result<SampledClip> {
+    let duration_s = duration_of(clip);
     let mut palettes = Vec::with_capacity(frame_count as usize * joints.len());
     let mut worlds = Vec::with_capacity(palettes.capacity());
     let mut ends: [Vec<DMat4>; 2] = [Vec::new(), Vec::new()];
@@ -68,10 +96,14 @@ fn count_frames(clip: &ClipView<'_>, duration_s: f32, fps: f32, joint_count: usi
     let what = |field: &str| format!("clip `{}`: {field}", clip.name.escape_debug());
     let allowed = || format!("at most {MAX_FRAMES}");
     expect(frames <= f64::from(MAX_FRAMES), || what("frames"), || frames.to_string(), allowed)?;
-    let matrices = frames as u64 * joint_count as u64;
-    let allowed = || format!("at most {MAX_MATRICES}");
-    expect(matrices <= MAX_MATRICES, || what("matrices"), || matrices.to_string(), allowed)?;
+    check_matrices(clip, frames as u32, joint_count)?;
     Ok(frames as u32)
+}
+
+fn check_matrices(clip: &ClipView<'_>, frame_count: u32, joint_count: usize) -> Result<()> {
+    let matrices = u64::from(frame_count) * joint_count as u64;
+    let what = || format!("clip `{}`: matrices", clip.name.escape_debug());
+    expect(matrices <= MAX_MATRICES, what, || matrices.to_string(), || format!("at most {MAX_MATRICES}"))
 }
 
 /// The first node, from the root down, with a translation track, and where it goes.

@@ -5,9 +5,10 @@
 use crate::check_levels::{CoveredLevels, check_level_set};
 use crate::check_manifest::check_manifest;
 use crate::layout::{ALIGNMENT, align_up, format_error, refuse_above};
+use crate::store_joint::find_fault;
 use crate::{
-    AnimationLayout, CharacterRecord, LodRecord, NONE, PackContents, Result, VertexRecord, limits, material_flags,
-    vertex_class,
+    AnimationLayout, CharacterRecord, JointStorage, LodRecord, NONE, PackContents, Result, VertexRecord, limits,
+    material_flags, vertex_class,
 };
 use std::fmt::Display;
 use std::ops::Range;
@@ -253,15 +254,19 @@ fn check_clips(
     covered: &mut Covered,
     place: &dyn Fn(&str) -> String,
 ) -> Result<()> {
-    let texels_per_frame = u64::from(character.joint_count) * u64::from(texels_per_joint(contents));
+    let storage = check_storage(contents, character, place)?;
+    let frame_texels = contents.manifest.animation_layout.frame_texels(storage, character.joint_count);
     for (number, clip) in contents.clips[clips].iter().enumerate() {
         let here = |field: &str| place(&format!("clip {number}: {field}"));
         expect(clip.frame_count >= 1, || here("frames"), clip.frame_count, || "at least 1".to_owned())?;
-        let texel_count = texels_per_frame * u64::from(clip.frame_count);
+        let texel_count = u64::from(frame_texels) * u64::from(clip.frame_count);
         let texels =
             take(&mut covered.texels, clip.texel_offset, texel_count, contents.animation.len(), &|| here("texels"))?;
-        for (texel, values) in contents.animation[texels].iter().enumerate() {
-            expect_finite(values, || here(&format!("texel {texel}")))?;
+        for (frame, texels) in contents.animation[texels].chunks_exact(frame_texels.max(1) as usize).enumerate() {
+            if let Some((texel, allowed)) = find_fault(storage, texels, character.joint_count) {
+                let at = frame * frame_texels as usize + texel;
+                return Err(format_error(here(&format!("texel {at}")), format!("{:x?}", texels[texel]), allowed));
+            }
         }
         let numbers =
             [("duration", clip.duration_s), ("ground speed", clip.ground_speed_m_s), ("loop gap", clip.loop_gap_m)];
@@ -273,6 +278,24 @@ fn check_clips(
         expect_sphere(clip.sphere, || here("sphere"))?;
     }
     Ok(())
+}
+
+/// A known storage, full floats in the split layout, an error that is a number.
+fn check_storage(
+    contents: &PackContents,
+    character: &CharacterRecord,
+    place: &dyn Fn(&str) -> String,
+) -> Result<JointStorage> {
+    let code = character.joint_storage;
+    let premultiplied = contents.manifest.animation_layout == AnimationLayout::Premultiplied3x4;
+    let storage = character.storage().filter(|&storage| premultiplied || storage == JointStorage::F32);
+    let error_m = character.storage_error_m;
+    let fits = error_m.is_finite() && error_m >= 0.0;
+    expect(fits, || place("storage error"), error_m, || "finite, at least 0".to_owned())?;
+    let zeros = character.reserved == [0; 2];
+    expect(zeros, || place("reserved"), format_args!("{:?}", character.reserved), || "zeros".to_owned())?;
+    let allowed = if premultiplied { "0 to 2" } else { "0 in the split layout" };
+    storage.ok_or_else(|| format_error(place("joint storage"), code, allowed))
 }
 
 fn check_inverse_binds(
@@ -318,10 +341,6 @@ fn check_materials(contents: &PackContents, materials: Range<usize>, place: &dyn
         expect(material.reserved == 0, || here("reserved"), material.reserved, || "0".to_owned())?;
     }
     Ok(())
-}
-
-fn texels_per_joint(contents: &PackContents) -> u32 {
-    contents.manifest.animation_layout.texels_per_joint()
 }
 
 /// The next `count` elements of a section, which must start at `offset` and lie within `len`.

@@ -3,8 +3,8 @@
 use crate::check_contents::{expect, expect_finite};
 use crate::layout::{format_error, refuse_above};
 use crate::{
-    CharacterRecord, LevelRecord, LevelSetRecord, Manifest, ManifestCharacter, ManifestMeasured, ManifestTarget,
-    ManifestTrack, PackContents, Result, limits, obstacle,
+    CharacterRecord, LevelRecord, LevelSetRecord, Manifest, ManifestCharacter, ManifestClip, ManifestMeasured,
+    ManifestTarget, ManifestTrack, PackContents, Result, limits, obstacle,
 };
 use std::collections::BTreeSet;
 
@@ -121,6 +121,24 @@ fn check_tracks(contents: &PackContents, character: &ManifestCharacter, here: &d
             let place = |field: &str| here(&format!("clip {number}: track {track_number}: {field}"));
             check_track(&contents.track_values, character.nodes.len(), track, &place)?;
         }
+        check_feet(character.joints.len(), clip, &|field: &str| here(&format!("clip {number}: {field}")))?;
+    }
+    Ok(())
+}
+
+/// Joints that are there, times that pass.
+fn check_feet(joints: usize, clip: &ManifestClip, place: &dyn Fn(&str) -> String) -> Result<()> {
+    let slide = clip.slide_m_s;
+    expect(slide.is_finite() && slide >= 0.0, || place("slide"), slide, || "finite, at least 0".to_owned())?;
+    let slide = clip.rooted_slide_m_s;
+    let fits = slide.is_finite() && slide >= 0.0;
+    expect(fits, || place("slide along the path"), slide, || "finite, at least 0".to_owned())?;
+    expect_finite(clip.root_path_m.as_flattened(), || place("path"))?;
+    for (number, contact) in clip.contacts.iter().enumerate() {
+        let passes = contact.start_s >= 0.0 && contact.start_s < contact.end_s && contact.end_s.is_finite();
+        let fits = passes && (contact.joint as usize) < joints;
+        let allowed = || format!("a joint below {joints} and a time that passes");
+        expect(fits, || place(&format!("contact {number}")), format_args!("{contact:?}"), allowed)?;
     }
     Ok(())
 }

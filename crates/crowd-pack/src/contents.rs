@@ -2,7 +2,7 @@
 
 use crate::{
     CharacterRecord, ClipRecord, ImageRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestMeasured,
-    MaterialRecord, NONE, VertexRecord,
+    MaterialRecord, NONE, Texel, VertexRecord,
 };
 
 /// Everything that goes into a pack. All characters share one section per kind of data (Dong 2019 §5).
@@ -22,8 +22,8 @@ pub struct PackContents {
     pub lods: Vec<LodRecord>,
     /// All clips.
     pub clips: Vec<ClipRecord>,
-    /// Animation texels (rows of matrices), see [`ClipRecord::texel_offset`].
-    pub animation: Vec<[f32; 4]>,
+    /// Animation texels, see [`ClipRecord::texel_offset`] and [`crate::JointStorage`].
+    pub animation: Vec<Texel>,
     /// Inverse bind matrices, four rows a joint; empty unless the layout is split.
     pub inverse_binds: Vec<[f32; 4]>,
     /// All materials.

@@ -20,10 +20,10 @@ const HEADER_CHECKED_BYTES: usize = 60;
 /// Bytes of a section's name, zero-padded.
 const NAME_BYTES: usize = 16;
 
-/// Names and element sizes of the sections of version 2, in file order. All are always there, empty or not.
+/// Names and element sizes of the sections of version 3, in file order. All are always there, empty or not.
 pub const SECTIONS: [(&str, u32); 18] = [
     ("manifest", 1),
-    ("characters", 96),
+    ("characters", 112),
     ("vertices", 48),
     ("triangles", 12),
     ("collapse_map", 4),

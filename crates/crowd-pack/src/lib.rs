@@ -14,6 +14,7 @@ pub mod limits;
 mod manifest;
 mod read_pack;
 mod records;
+mod store_joint;
 mod write_pack;
 
 pub use contents::{Pack, PackContents, WriteReport};
@@ -21,3 +22,6 @@ pub use encode_vertex::*;
 pub use error::{Error, Result};
 pub use manifest::*;
 pub use records::*;
+pub use store_joint::{
+    JointRows, JointStorage, ROTATION_EXPONENT, TRANSLATION_EXPONENT, Texel, store_frame, stored_frames, stored_joint,
+};

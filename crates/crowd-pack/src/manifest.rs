@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct Manifest {
     /// Program and version that wrote the pack.
     pub generator: String,
-    /// How the animation section stores matrices.
+    /// What the animation section stores of a joint.
     pub animation_layout: AnimationLayout,
     /// One entry per character record.
     pub characters: Vec<ManifestCharacter>,
@@ -84,6 +84,26 @@ pub struct ManifestClip {
     pub name: String,
     /// Source curves, kept for export.
     pub tracks: Vec<ManifestTrack>,
+    /// When feet stand on the ground, by joint, then by time.
+    pub contacts: Vec<ManifestContact>,
+    /// Mean speed over the ground of feet that stand, at the clip's ground speed, metres a second.
+    pub slide_m_s: f32,
+    /// Where the character has to be, x and z in metres beside its even way, for standing feet to stay: evenly spread over the clip, the last
+    /// as the first. Empty where the clip does not walk.
+    pub root_path_m: Vec<[f32; 2]>,
+    /// The slide that is left along that path, metres a second.
+    pub rooted_slide_m_s: f32,
+}
+
+/// A joint whose sole stands on the ground for a while.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct ManifestContact {
+    /// The joint.
+    pub joint: u32,
+    /// Seconds into the clip.
+    pub start_s: f32,
+    /// Seconds into the clip, after `start_s` and within the duration.
+    pub end_s: f32,
 }
 
 /// A curve; times and values lie in the `track_values` section.

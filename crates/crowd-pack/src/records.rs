@@ -5,7 +5,7 @@
 use bytemuck::{Pod, Zeroable};
 
 /// Version of the format; a reader refuses every other.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;
 /// First eight bytes of a pack.
 pub const MAGIC: [u8; 8] = *b"CROWDPK\0";
 /// No image; no vertices of their own.
@@ -94,7 +94,7 @@ impl LevelRecord {
     }
 }
 
-/// Offsets, counts and bounds of a character, 96 bytes. Offsets are in elements of the pack's sections.
+/// Offsets, counts and bounds of a character, 112 bytes. Offsets are in elements of the pack's sections.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct CharacterRecord {
@@ -132,14 +132,19 @@ pub struct CharacterRecord {
     pub box_max: [f32; 3],
     /// First texel of the character's inverse bind matrices (four rows a joint); used by the split layout only, else 0.
     pub inverse_bind_offset: u32,
+    /// How its joints are stored, see [`crate::JointStorage::of_code`]; 0 in the split layout.
+    pub joint_storage: u32,
+    /// No vertex is farther than this, metres, from where the matrices that the clips were sampled to put it, in any frame or between.
+    pub storage_error_m: f32,
+    /// Zero.
+    pub reserved: [u32; 2],
 }
 
 /// A clip of a character, 48 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct ClipRecord {
-    /// First texel of the clip in the animation section. Frame `f`, joint `j`, row `r` lies at
-    /// `texel_offset + (f * joint_count + j) * texels_per_joint + r`.
+    /// First texel of the clip in the animation section. Frame `f` begins `f * frame_texels` later, see [`crate::JointStorage`].
     pub texel_offset: u32,
     /// Frames, at least one.
     pub frame_count: u32,
@@ -205,23 +210,34 @@ pub struct ImageRecord {
     pub reserved: u32,
 }
 
-/// How the animation section stores a joint's matrix.
+/// What the animation section stores of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AnimationLayout {
-    /// Three RGBA32F texels a joint: rows of `world * inverse_bind` (default; 48 bytes).
+    /// `world * inverse_bind`, as each character's [`crate::JointStorage`] says (default; 16 to 48 bytes).
     #[default]
     Premultiplied3x4,
-    /// Dong 2019 §5.1: four RGBA32F texels a joint with `world` alone; inverse bind matrices in their own section.
+    /// Dong 2019 §5.1: four RGBA32F texels a joint with `world` alone; inverse bind matrices in their own section. What the papers store, to
+    /// compare with.
     Split4x4,
 }
 
+/// Bytes of a joint and frame in the papers' layout, [`AnimationLayout::Split4x4`].
+pub const SPLIT_JOINT_BYTES: u32 = 64;
+
 impl AnimationLayout {
-    /// RGBA32F texels of one joint in one frame.
-    pub fn texels_per_joint(self) -> u32 {
+    /// Texels of a frame of that many joints in that storage.
+    pub fn frame_texels(self, storage: crate::JointStorage, joint_count: u32) -> u32 {
         match self {
-            Self::Premultiplied3x4 => 3,
-            Self::Split4x4 => 4,
+            Self::Premultiplied3x4 => storage.frame_texels(joint_count),
+            Self::Split4x4 => joint_count * 4,
         }
+    }
+}
+
+impl CharacterRecord {
+    /// How its joints are stored; `None` for a number that stands for nothing, which no [`crate::Pack`] has.
+    pub fn storage(&self) -> Option<crate::JointStorage> {
+        crate::JointStorage::of_code(self.joint_storage)
     }
 }

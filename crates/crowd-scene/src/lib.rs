@@ -30,7 +30,7 @@ pub use motion_graph::{MotionGraph, MotionState, MotionWay, Stay, UsualClip};
 pub use motion_schedule::{MotionStretch, Schedule, StateClip, deal_schedule};
 pub use place::place;
 pub use trajectory::Trajectories;
-pub use walker::{Cast, Gait, GaitClip, LEAST_CLIP_SPEED_M_S, Mover, Walker, WalkerTraits};
+pub use walker::{Cast, Gait, GaitClip, LEAST_CLIP_SPEED_M_S, Mover, RootPath, Walker, WalkerTraits};
 pub use waypoints::Waypoints;
 
 use glam::Vec3;

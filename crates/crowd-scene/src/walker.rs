@@ -79,6 +79,44 @@ pub struct GaitClip {
     pub ground_speed_m_s: f32,
     /// What the clip itself moves the character by in one turn, metres at scale 1; zero for clips that stay in place.
     pub displacement_m: Vec3,
+    /// Where the character has to be beside its even way for standing feet to stay.
+    pub root_path: RootPath,
+}
+
+/// A closed way over the ground that a character takes beside its even one in a turn of a clip: a body that walks is faster and slower within a
+/// step. Metres at scale 1; by default none.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RootPath {
+    /// x and z, evenly spread over the turn; the first comes again after the last.
+    points: [[f32; 2]; 32],
+}
+
+impl RootPath {
+    /// From points evenly spread over a turn, the last as the first; too few to be a way give none.
+    pub fn of(points: &[[f32; 2]]) -> Self {
+        let steps = points.len().saturating_sub(1);
+        let mut path = Self::default();
+        if steps < 2 {
+            return path;
+        }
+        let count = path.points.len();
+        for (i, point) in path.points.iter_mut().enumerate() {
+            let at = i as f32 * steps as f32 / count as f32;
+            let (first, share) = ((at as usize).min(steps - 1), at.fract());
+            *point = [0, 1].map(|axis| points[first][axis] + (points[first + 1][axis] - points[first][axis]) * share);
+        }
+        path
+    }
+
+    /// Where that is after so many turns, in the character's own space.
+    pub fn at(&self, turns: f32) -> Vec3 {
+        let count = self.points.len();
+        let at = (turns - turns.floor()) * count as f32;
+        let first = (at as usize).min(count - 1);
+        let ([ax, az], [bx, bz]) = (self.points[first], self.points[(first + 1) % count]);
+        let share = at - first as f32;
+        Vec3::new(ax + (bx - ax) * share, 0.0, az + (bz - az) * share)
+    }
 }
 
 /// What a feed needs to know of a character: its clips for standing, walking and running, in this order.
@@ -135,7 +173,7 @@ impl Cast {
     /// Where the clips' ground speeds are known, they follow the metres walked, so that feet do not slide; otherwise they play at
     /// their own rates. Walking and running then go by one count of steps, so that at a change both clips have the same foot on
     /// the ground. For `fade_s` after a change the gait before shares in the pose. What clips themselves move the character by is
-    /// taken out again.
+    /// taken out again, and they go along their clips' root paths, so that feet stay where they are planted.
     pub fn instance(&self, walker: &Walker, time_s: f32) -> Instance {
         let WalkerTraits { mover: character, scale, start } = self.traits_of(walker.id);
         let mover = &self.movers[character as usize];
@@ -148,7 +186,8 @@ impl Cast {
             } else {
                 0.0
             };
-            (clip, phase_s, clip.displacement_m * ((turns - turns.floor()) * size))
+            let moved = clip.displacement_m * (turns - turns.floor()) - clip.root_path.at(turns);
+            (clip, phase_s, moved * size)
         };
         let (clip, phase_s, mut moved) = of(walker.gait);
         let mut leaving = Leaving::default();
@@ -221,7 +260,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn walk(ground_speed_m_s: f32, displacement_m: Vec3) -> Cast {
-        let clip = |clip| GaitClip { clip, duration_s: 1.0, ground_speed_m_s, displacement_m };
+        let clip =
+            |clip| GaitClip { clip, duration_s: 1.0, ground_speed_m_s, displacement_m, ..Default::default() };
         Cast {
             movers: vec![Mover { clips: [clip(0), clip(1), clip(2)], scale: 1.0, run_ahead_turns: 0.0 }; 3],
             seed: 1,
@@ -323,6 +363,23 @@ mod tests {
             let shown = one.position + turned(Vec3::new(0.0, 0.0, 1.5) * shown_turns * one.scale, one.yaw_rad);
             assert!(shown.distance(person.position) < 1e-3, "{shown} is not {}", person.position);
         }
+    }
+
+    #[test]
+    fn a_root_path_is_gone_along_and_closes() {
+        let path = RootPath::of(&[[0.0, 0.0], [0.0, 0.1], [0.0, 0.0], [0.0, -0.1], [0.0, 0.0]]);
+        for (turns, z) in [(0.0, 0.0), (0.125, 0.05), (0.25, 0.1), (1.25, 0.1), (-0.25, -0.1), (7.75, -0.1)] {
+            assert!((path.at(turns) - Vec3::new(0.0, 0.0, z)).length() < 1e-6, "{turns}: {}", path.at(turns));
+        }
+        assert_eq!(RootPath::of(&[[1.0, 1.0], [1.0, 1.0]]), RootPath::default());
+        let mut cast = walk(1.0, Vec3::ZERO);
+        let person = walker(Gait::Walk, 0.25);
+        let even = cast.instance(&person, 2.0);
+        cast.movers.iter_mut().for_each(|mover| mover.clips[1].root_path = path);
+        let one = cast.instance(&person, 2.0);
+        let turns = (2.0 + one.phase_s).rem_euclid(1.0);
+        let beside = turned(path.at(turns) * one.scale, one.yaw_rad);
+        assert!((one.position - even.position - beside).length() < 1e-5 && beside.length() > 1e-3);
     }
 
     proptest! {

@@ -3,8 +3,8 @@
 use crate::layers::decode_layers;
 use crate::{DrawnInstance, InstanceRecord, Technique};
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord, Pack,
-    VertexRecord,
+    AnimationLayout, CharacterRecord, ClipRecord, JointStorage, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord,
+    Pack, Texel, VertexRecord, stored_joint,
 };
 use glam::{Mat4, Vec4};
 
@@ -156,9 +156,9 @@ pub struct CrowdData {
     pub indices_32: Vec<u32>,
     /// Clips.
     pub clips: Vec<ClipRecord>,
-    /// Rows of premultiplied 3x4 palettes, three a joint and frame (a split pack is multiplied on loading, and the
+    /// Frames of premultiplied matrices as each character stores its joints (a split pack is multiplied on loading, and the
     /// clips' texel offsets are rewritten).
-    pub animation: Vec<[f32; 4]>,
+    pub animation: Vec<Texel>,
     /// Materials; `image` is a layer index here, or `crowd_pack::NONE`.
     pub materials: Vec<MaterialRecord>,
     /// Texture layers, all `layer_side` x `layer_side`, sRGB-encoded RGBA8 with mip levels.
@@ -208,18 +208,14 @@ impl CrowdData {
         Ok(data)
     }
 
-    /// Rows of a joint's matrix in the frame whose texels begin at `first_texel`, as `storage` says. Twin: `stored_joint` in
+    /// Rows of a joint's matrix of an instance: between its two frames, and with those of the clip that it leaves. Twin: `blended_joint` in
     /// `shaders/shared/frames.wgsl`.
-    pub(crate) fn stored_joint(&self, first_texel: u32, joint: u32, _storage: u32) -> [Vec4; 3] {
-        let at = (first_texel + joint * 3) as usize;
-        [0, 1, 2].map(|row| Vec4::from_array(self.animation[at + row]))
-    }
-
-    /// The same of an instance: between its two frames, and with those of the clip that it leaves.
     pub(crate) fn blended_joint(&self, drawn: &DrawnInstance, joint: u32) -> [Vec4; 3] {
+        let storage = JointStorage::of_code(drawn.storage).unwrap_or_default();
+        let at =
+            |first: u32| stored_joint(storage, &self.animation[first as usize..], joint as usize).map(Vec4::from_array);
         let between = |first: u32, second: u32, blend: f32| {
-            let (a, b) =
-                (self.stored_joint(first, joint, drawn.storage), self.stored_joint(second, joint, drawn.storage));
+            let (a, b) = (at(first), at(second));
             [0, 1, 2].map(|row| a[row] + (b[row] - a[row]) * blend)
         };
         let own = between(drawn.first_texel, drawn.second_texel, drawn.blend);
@@ -228,6 +224,11 @@ impl CrowdData {
         }
         let left = between(drawn.leaving_first_texel, drawn.leaving_second_texel, drawn.leaving_blend);
         [0, 1, 2].map(|row| own[row] + (left[row] - own[row]) * drawn.leaving_share)
+    }
+
+    /// Storages that its characters have, a bit each.
+    pub(crate) fn joint_storages(&self) -> u32 {
+        self.characters.iter().fold(0, |bits, character| bits | 1 << character.joint_storage.min(2))
     }
 
     /// Checks that instances name characters that are there and clips of those characters, and that their numbers are
@@ -269,8 +270,9 @@ pub(crate) fn check_instances(characters: &[CharacterRecord], instances: &[Insta
 }
 
 /// `world * inverse_bind` for every joint of every frame: four rows become three, clips are written one after the other.
-fn premultiply(data: &mut CrowdData, split: &[[f32; 4]], inverse_binds: &[[f32; 4]]) {
+fn premultiply(data: &mut CrowdData, split: &[Texel], inverse_binds: &[[f32; 4]]) {
     let matrix = |rows: &[[f32; 4]]| Mat4::from_cols_array_2d(&[rows[0], rows[1], rows[2], rows[3]]).transpose();
+    let stored = |texels: &[Texel]| matrix(&[0, 1, 2, 3].map(|row: usize| texels[row].map(f32::from_bits)));
     for character in &mut data.characters {
         let joint_count = character.joint_count as usize;
         let first_bind = character.inverse_bind_offset as usize;
@@ -280,9 +282,9 @@ fn premultiply(data: &mut CrowdData, split: &[[f32; 4]], inverse_binds: &[[f32; 
             let source = clip.texel_offset as usize;
             clip.texel_offset = data.animation.len() as u32;
             for matrix_index in 0..clip.frame_count as usize * joint_count {
-                let world = matrix(&split[source + matrix_index * 4..][..4]);
+                let world = stored(&split[source + matrix_index * 4..][..4]);
                 let rows = (world * binds[matrix_index % joint_count]).transpose().to_cols_array_2d();
-                data.animation.extend_from_slice(&rows[..3]);
+                data.animation.extend(rows[..3].iter().map(|row| row.map(f32::to_bits)));
             }
         }
         character.inverse_bind_offset = 0;
@@ -341,15 +343,16 @@ mod tests {
             ],
             ..Default::default()
         };
-        let split: Vec<[f32; 4]> = (0..8).flat_map(|i| rows(world(i))).collect();
+        let bits = |rows: &[[f32; 4]]| rows.iter().map(|row| row.map(f32::to_bits)).collect::<Vec<Texel>>();
+        let split: Vec<Texel> = (0..8).flat_map(|i| bits(&rows(world(i)))).collect();
         let binds: Vec<[f32; 4]> = (0..2).flat_map(|j| rows(bind(j))).collect();
         premultiply(&mut data, &split, &binds);
 
         assert_eq!((data.clips[0].texel_offset, data.clips[1].texel_offset), (0, 12));
         assert_eq!(data.animation.len(), 8 * 3);
         // First clip, frame 1, joint 1 is matrix 4 + 2 + 1 of the section.
-        assert_eq!(data.animation[9..12], rows(world(7) * bind(1))[..3]);
+        assert_eq!(data.animation[9..12], bits(&rows(world(7) * bind(1))[..3]));
         // Second clip, frame 0, joint 1.
-        assert_eq!(data.animation[15..18], rows(world(1) * bind(1))[..3]);
+        assert_eq!(data.animation[15..18], bits(&rows(world(1) * bind(1))[..3]));
     }
 }

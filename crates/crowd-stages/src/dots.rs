@@ -274,7 +274,9 @@ mod tests {
             triangles,
             lods: vec![LodRecord { vertex_count, triangle_count }; vertex_count as usize + 1],
             clips: vec![ClipRecord { frame_count: 1, ..ClipRecord::default() }],
-            animation: vec![[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
+            animation: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]
+                .map(|r| r.map(f32::to_bits))
+                .to_vec(),
             materials: vec![MaterialRecord { base_color: [1.0; 4], image: NONE, ..MaterialRecord::default() }],
             ..CrowdData::default()
         }

@@ -1,11 +1,11 @@
-//! What the stages get of a pack: the fixtures of the format, in both layouts of the animation.
+//! What the stages get of a pack: the fixtures of the format, in both layouts of the animation and all storages of joints.
 
 use crowd_pack::{NONE, Pack};
 use crowd_stages::{CrowdData, InstanceRecord, LodChoice, cpu};
 use std::path::Path;
 
 fn open(name: &str) -> Pack {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/packs/v2");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/packs/v3");
     Pack::open(&folder.join(name)).expect("a pack of the contract")
 }
 
@@ -46,13 +46,15 @@ fn a_pack_is_unpacked_with_layers_of_one_size() {
 }
 
 #[test]
-fn both_layouts_of_the_animation_give_the_same_poses() {
-    let whole = CrowdData::from_pack(&open("tiny.crowdpack"), 64).expect("its images decode");
-    let split = CrowdData::from_pack(&open("tiny_split_layout.crowdpack"), 64).expect("its images decode");
-    let (whole, split) = (poses(&whole), poses(&split));
-    assert!(!whole.is_empty() && whole.len() == split.len());
-    for (a, b) in whole.iter().zip(&split) {
-        let apart = (0..3).map(|axis| (a[axis] - b[axis]).abs()).fold(0.0, f32::max);
-        assert!(apart < 1e-5, "{a:?} and {b:?}");
+fn layouts_and_storages_of_the_animation_give_the_same_poses() {
+    let poses = |name| poses(&CrowdData::from_pack(&open(name), 64).expect("its images decode"));
+    let whole = poses("tiny.crowdpack");
+    for other in ["tiny_split_layout.crowdpack", "tiny_f16.crowdpack", "tiny_quantized.crowdpack"] {
+        let others = poses(other);
+        assert!(!whole.is_empty() && whole.len() == others.len());
+        for (a, b) in whole.iter().zip(&others) {
+            let apart = (0..3).map(|axis| (a[axis] - b[axis]).abs()).fold(0.0, f32::max);
+            assert!(apart < 1e-5, "{other}: {a:?} and {b:?}");
+        }
     }
 }

@@ -6,12 +6,13 @@ use crate::error::{BakeError, Cause, Step};
 use crate::measure_levels::SAMPLES_PER_FRAME;
 use crate::plan::criteria_name;
 use crate::views::QuantizedMesh;
+use crowd_anim::{FootContact, SampledClip};
 use crowd_lod::{CollapseOrder, Obstacle, VertexClass};
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestBlocked,
-    ManifestCharacter, ManifestClip, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured,
-    ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTrack, MaterialRecord, NONE, PackContents,
-    REFERENCE_HEIGHT_PX, VertexRecord, material_flags, obstacle, vertex_class,
+    AnimationLayout, CharacterRecord, ClipRecord, JointStorage, LevelRecord, LevelSetRecord, LodRecord, Manifest,
+    ManifestBlocked, ManifestCharacter, ManifestClip, ManifestContact, ManifestDiscrete, ManifestJoint, ManifestLevel,
+    ManifestMeasured, ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTrack, MaterialRecord,
+    NONE, PackContents, REFERENCE_HEIGHT_PX, Texel, VertexRecord, material_flags, obstacle, vertex_class,
 };
 use crowd_source::{ImageEncoding, RawClip, RawImage, RawInterpolation, RawMaterial, RawProperty, RawWrap};
 use std::collections::HashMap;
@@ -57,7 +58,7 @@ impl Assembly {
             min_triangle_count: coarsest.triangle_count,
             joint_count: baked.raw.joints.len() as u32,
             clip_offset: out.clips.len() as u32,
-            clip_count: baked.clips.len() as u32,
+            clip_count: baked.animation.clips.len() as u32,
             material_offset: out.materials.len() as u32,
             material_count: materials.len() as u32,
             sphere: sphere(baked.bounds),
@@ -65,6 +66,12 @@ impl Assembly {
             height_m: baked.height_m,
             box_max: baked.bounds.max,
             inverse_bind_offset: out.inverse_binds.len() as u32,
+            joint_storage: match layout {
+                AnimationLayout::Premultiplied3x4 => baked.animation.storage.code(),
+                AnimationLayout::Split4x4 => JointStorage::F32.code(),
+            },
+            storage_error_m: baked.animation.error_m,
+            reserved: [0; 2],
         };
         self.contents.vertices.extend(vertex_records(&baked.mesh, order, &materials));
         self.contents.triangles.extend_from_slice(&order.triangles);
@@ -122,9 +129,10 @@ impl Assembly {
 
     fn add_clips(&mut self, baked: &BakedCharacter, layout: AnimationLayout) -> Result<(), Cause> {
         let measured = baked.clip_bounds.iter().zip(&baked.ground_speeds_m_s);
-        for (clip, (bounds, &ground_speed_m_s)) in baked.clips.iter().zip(measured) {
-            let texels: &[[f32; 4]] = match layout {
-                AnimationLayout::Premultiplied3x4 => bytemuck::cast_slice(&clip.palettes),
+        let stored = baked.animation.clips.iter().zip(&baked.animation.texels);
+        for ((clip, texels), (bounds, &ground_speed_m_s)) in stored.zip(measured) {
+            let texels: &[Texel] = match layout {
+                AnimationLayout::Premultiplied3x4 => texels,
                 AnimationLayout::Split4x4 => bytemuck::cast_slice(&clip.worlds),
             };
             let record = ClipRecord {
@@ -206,16 +214,23 @@ impl Assembly {
                 value_count: track.values.len() as u32,
             });
         }
-        Ok(ManifestClip { name: clip.name.clone(), tracks })
+        Ok(ManifestClip { name: clip.name.clone(), tracks, ..ManifestClip::default() })
     }
 
     fn manifest_character(&mut self, baked: &BakedCharacter, materials: &[u16]) -> Result<ManifestCharacter, Cause> {
         let (raw, order) = (&baked.raw, &baked.order);
-        let clips = if raw.clips.is_empty() {
-            baked.clips.iter().map(|clip| ManifestClip { name: clip.name.clone(), tracks: Vec::new() }).collect()
+        let mut clips: Vec<ManifestClip> = if raw.clips.is_empty() {
+            let name = |clip: &SampledClip| ManifestClip { name: clip.name.clone(), ..ManifestClip::default() };
+            baked.animation.clips.iter().map(name).collect()
         } else {
             raw.clips.iter().map(|clip| self.manifest_clip(clip)).collect::<Result<_, _>>()?
         };
+        for (clip, feet) in clips.iter_mut().zip(&baked.feet) {
+            let contact = |c: &FootContact| ManifestContact { joint: c.joint, start_s: c.start_s, end_s: c.end_s };
+            clip.contacts = feet.contacts.iter().map(contact).collect();
+            clip.root_path_m.clone_from(&feet.root_path_m);
+            (clip.slide_m_s, clip.rooted_slide_m_s) = (feet.slide_m_s, feet.rooted_slide_m_s);
+        }
         let nodes = raw.nodes.iter().map(|node| ManifestNode {
             name: node.name.clone(),
             parent: node.parent,
@@ -374,7 +389,7 @@ fn obstacle_code(obstacle: Obstacle) -> u8 {
 
 /// Clip, and frame within it, of a frame counted over all clips.
 fn clip_of_frame(baked: &BakedCharacter, mut frame: u32) -> (u32, u32) {
-    for (index, clip) in baked.clips.iter().enumerate() {
+    for (index, clip) in baked.animation.clips.iter().enumerate() {
         if frame < clip.frame_count {
             return (index as u32, frame);
         }

@@ -7,10 +7,11 @@ use crate::error::{BakeError, Cause, Step};
 use crate::ordered_mesh::OrderedMesh;
 use crate::plan::{Plan, PlanEntry};
 use crate::pose::{Mat3x4, pose_positions};
+use crate::store_animation::{StoredAnimation, store_animation};
 use crate::talk::Talk;
 use crate::unpack::{Unpacked, triangle_target};
 use crate::views::{self, QuantizedMesh};
-use crowd_anim::{Bounds, SampledClip};
+use crowd_anim::{Bounds, FootContacts, SampledClip};
 use crowd_lod::{CollapseOrder, Criteria, FrameReport, LodMesh, LodOptions, LodPoses};
 use crowd_pack::{AnimationLayout, ManifestTarget, PackContents};
 use crowd_source::{Limits, RawCharacter, RawClip, Warning};
@@ -51,8 +52,8 @@ pub struct BakedCharacter {
     pub raw: RawCharacter,
     /// Its vertices as stored.
     pub mesh: QuantizedMesh,
-    /// The sampled clips, one per clip of `raw`; a single pose at rest when there is none.
-    pub clips: Vec<SampledClip>,
+    /// The clips as they are stored, one per clip of `raw`; a single pose at rest when there is none.
+    pub animation: StoredAnimation,
     /// Matrices of the pose at rest.
     pub rest_palette: Vec<Mat3x4>,
     /// The order.
@@ -61,6 +62,8 @@ pub struct BakedCharacter {
     pub clip_bounds: Vec<Bounds>,
     /// How fast each clip walks over the ground, see [`crowd_anim::ground_speed`].
     pub ground_speeds_m_s: Vec<f32>,
+    /// When feet stand, clip by clip.
+    pub feet: Vec<FootContacts>,
     /// Bounds over all clips.
     pub bounds: Bounds,
     /// Height of the pose at rest, metres.
@@ -126,15 +129,21 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     }
     clock.lap(Step::SelectClips);
 
-    let (clips, rest_palette) =
+    let (sampled, rest_palette) =
         sample_clips(&raw, entry.fps).map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
     clock.lap(Step::Sample);
 
     let mesh = views::quantize(&raw.mesh);
+    let used: Vec<u32> = raw.mesh.triangles.iter().flatten().copied().collect();
+    let height_m = height_at_rest(&mesh, &used, &rest_palette);
+    let animation = store_animation(&raw, &mesh, &sampled, height_m, &entry.storage)
+        .map_err(|cause| BakeError::of(Step::Quantize, name, cause))?;
+    warnings.extend(animation.warning());
+    let clips = &animation.clips;
     clock.lap(Step::Quantize);
 
     let frame_factors =
-        frame_factors(&clips, &entry.clip_weights).map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
+        frame_factors(clips, &entry.clip_weights).map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
     let lod_options = LodOptions {
         criteria: entry.criteria,
         frames: entry.frames,
@@ -144,7 +153,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     };
     let triangle_materials = views::triangle_materials(&raw.mesh);
     let shown = ShownTextures::of(&raw, &triangle_materials);
-    let order = simplify(&raw, &lod_mesh(&raw, &mesh, &triangle_materials, &shown), &clips, &lod_options, watch)
+    let order = simplify(&raw, &lod_mesh(&raw, &mesh, &triangle_materials, &shown), clips, &lod_options, watch)
         .map_err(|error| BakeError::of(Step::Simplify, name, error))?;
     if order.triangles.is_empty() {
         let triangles = raw.mesh.triangles.len();
@@ -165,12 +174,17 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     let ground_speed = |clip: &SampledClip| {
         crowd_anim::ground_speed(&mesh.positions, &mesh.joints, &mesh.weights, clip, raw.joints.len())
     };
-    let ground_speeds_m_s: Vec<f32> = clips.par_iter().map(ground_speed).collect();
+    // Feet are looked at in all frames, not in those that are kept.
+    let ground_speeds_m_s: Vec<f32> = sampled.par_iter().map(ground_speed).collect();
+    let contacts = |clip: &SampledClip| {
+        crowd_anim::foot_contacts(&mesh.positions, &mesh.joints, &mesh.weights, clip, raw.joints.len())
+    };
+    let feet: Vec<FootContacts> = sampled.par_iter().map(contacts).collect();
     let bounds = crowd_anim::union_bounds(&clip_bounds);
-    let height_m = height_at_rest(&mesh, &order, &rest_palette);
+    let height_m = height_at_rest(&mesh, &order.vertex_source, &rest_palette);
     clock.lap(Step::Bound);
 
-    let levels = store_levels(&raw, &mesh, &order, &shown, &clips, height_m, &entry.levels);
+    let levels = store_levels(&raw, &mesh, &order, &shown, clips, height_m, &entry.levels);
     clock.lap(Step::Levels);
 
     let mut baked = BakedCharacter {
@@ -180,11 +194,12 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         fps: entry.fps,
         raw,
         mesh,
-        clips,
+        animation,
         rest_palette,
         order,
         clip_bounds,
         ground_speeds_m_s,
+        feet,
         bounds,
         height_m,
         levels,
@@ -443,9 +458,10 @@ fn bound_clip(mesh: &QuantizedMesh, order: &CollapseOrder, clip: &SampledClip, r
     crowd_anim::animated_bounds(&positions, &joints, &weights, &clip.palettes, raw.joints.len())
 }
 
-fn height_at_rest(mesh: &QuantizedMesh, order: &CollapseOrder, rest_palette: &[Mat3x4]) -> f32 {
+/// Of the vertices listed.
+fn height_at_rest(mesh: &QuantizedMesh, vertices: &[u32], rest_palette: &[Mat3x4]) -> f32 {
     let posed = pose_positions(&mesh.positions, &mesh.joints, &mesh.weights, rest_palette);
-    let heights = order.vertex_source.iter().map(|&vertex| posed[vertex as usize][1]);
+    let heights = vertices.iter().map(|&vertex| posed[vertex as usize][1]);
     let (low, high) = heights.fold((f32::MAX, f32::MIN), |(low, high), y| (low.min(y), high.max(y)));
     (high - low).max(0.0)
 }
@@ -460,8 +476,9 @@ fn say_baked(talk: &Talk<'_>, baked: &BakedCharacter, seconds: f64) {
         coarsest.triangle_count,
         full.vertex_count,
         coarsest.vertex_count,
-        baked.clips.len(),
+        baked.animation.clips.len(),
     ));
+    say_animation(talk, baked);
     if let Some(sentence) = check_sentence(&baked.order.frames) {
         talk.note(format_args!("  {sentence}"));
     }
@@ -472,6 +489,21 @@ fn say_baked(talk: &Talk<'_>, baked: &BakedCharacter, seconds: f64) {
     for step in &baked.steps {
         talk.detail(format_args!("  {}: {} {:.3} s", baked.name, step.step.name(), step.seconds));
     }
+}
+
+/// How the animation is stored, and beside the papers' layout.
+fn say_animation(talk: &Talk<'_>, baked: &BakedCharacter) {
+    let animation = &baked.animation;
+    let (bytes, papers) = (animation.bytes(), animation.papers_bytes(baked.raw.joints.len()));
+    talk.note(format_args!(
+        "  animation: {}, {} of {} frames, off by {:.2} mm at most, {} bytes: {:.3} of four RGBA32F texels a joint",
+        animation.storage.name(),
+        animation.clips.iter().map(|clip| clip.frame_count).sum::<u32>(),
+        animation.sampled_frames,
+        animation.error_m * 1e3,
+        crate::inspect::grouped(bytes),
+        bytes as f64 / papers.max(1) as f64,
+    ));
 }
 
 /// One line a discrete level: asked for, got, reached or what holds it.

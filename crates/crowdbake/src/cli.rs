@@ -5,6 +5,7 @@ use crate::lod_target::{LodTarget, parse_coarsest};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use crowd_lod::{AttributeWeights, Coarsest};
+use crowd_pack::JointStorage;
 use std::path::PathBuf;
 
 /// Frames a second at which clips are sampled unless told otherwise.
@@ -100,6 +101,7 @@ Inputs:
       lod_ratio = [0.5, \"25%\"]      # also error = [\"5mm\", \"0.5%\"], px = [\"1@240\"], refit = true
       clip_weights = { Walk = 2.0 }  # default: all count alike
       attribute_weights = { uv = 2.0 }  # uv, normal, color, layers; default: 1
+      animation_storage = \"f16\"     # auto, f32, f16 or quantized; animation_error = 0.1 (percent)
   The command line wins over a [[characters]] entry, and that over [defaults].
 
 Examples:
@@ -183,6 +185,48 @@ pub struct BakeOptions {
     /// may collapse any more (last) [default: 0.5%, not below 16 triangles or 2%; last under peng2011].
     #[arg(long, value_parser = parse_coarsest, value_name = "N|R|last")]
     pub coarsest: Option<Coarsest>,
+    /// How a joint of a frame is stored: f32 (48 bytes), f16 (24) or quantized (a rotation, a scale and a translation, 16); auto takes for each
+    /// character the smallest with which vertices stay within --animation-error [default: auto].
+    #[arg(long, value_enum, value_name = "HOW")]
+    pub animation_storage: Option<StorageWord>,
+    /// What stored animation may be off by at any vertex and time, in percent of the character's height, 0 to 10: clips also keep as few
+    /// frames as that allows. 0 keeps what was sampled, bit for bit [default: 0.1].
+    #[arg(long, value_parser = parse_animation_error, value_name = "PERCENT")]
+    pub animation_error: Option<f32>,
+}
+
+/// How joints are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum StorageWord {
+    /// The smallest that stays within the error.
+    Auto,
+    /// Three rows of four floats.
+    F32,
+    /// The same of half floats.
+    F16,
+    /// A quaternion, a scale and a translation in 16 bytes.
+    Quantized,
+}
+
+impl StorageWord {
+    /// What it asks for; `None` leaves the choice to the bake.
+    pub fn storage(self) -> Option<JointStorage> {
+        match self {
+            Self::Auto => None,
+            Self::F32 => Some(JointStorage::F32),
+            Self::F16 => Some(JointStorage::F16),
+            Self::Quantized => Some(JointStorage::Quantized),
+        }
+    }
+}
+
+/// Percent of the height, with or without the sign, as a share.
+pub(crate) fn parse_animation_error(text: &str) -> Result<f32, String> {
+    let number = text.trim().trim_end_matches('%').trim_end().parse::<f32>();
+    match number {
+        Ok(percent) if (0.0..=10.0).contains(&percent) => Ok(percent / 100.0),
+        _ => Err(format!("found {text}, allowed 0 to 10, percent of the height")),
+    }
 }
 
 /// Which frames count.

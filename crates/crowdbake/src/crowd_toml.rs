@@ -1,8 +1,10 @@
 //! Reads and writes `crowd.toml`. Every complaint names its path, as in `characters[1].clips`.
 
-use crate::cli::{MOST_CLIP_WEIGHT, weigh_attribute};
+use crate::cli::{MOST_CLIP_WEIGHT, StorageWord, parse_animation_error, weigh_attribute};
 use crate::lod_target::{LodTarget, coarsest_words, parse_coarsest};
 use crate::plan::{Plan, PlanEntry, criteria_name, frames_name};
+use crate::store_animation::StorageAsked;
+use clap::ValueEnum;
 use crowd_lod::{AttributeWeights, Coarsest, Criteria, FrameChoice};
 use crowd_pack::{AnimationLayout, ManifestTarget};
 use std::path::PathBuf;
@@ -31,6 +33,10 @@ pub struct Settings {
     pub refit: Option<bool>,
     /// Where the continuous detail ends.
     pub coarsest: Option<Coarsest>,
+    /// How joints are stored.
+    pub animation_storage: Option<StorageWord>,
+    /// What vertices may be off by for it, as a share of the height.
+    pub animation_error: Option<f32>,
 }
 
 /// A manifest.
@@ -56,7 +62,7 @@ fn wrong<T>(key: impl Into<String>, problem: impl Into<String>) -> Result<T, Wro
 }
 
 /// Keys that `[defaults]` and `[[characters]]` share.
-const SETTINGS: [&str; 11] = [
+const SETTINGS: [&str; 13] = [
     "fps",
     "criteria",
     "clips",
@@ -68,6 +74,8 @@ const SETTINGS: [&str; 11] = [
     "px",
     "refit",
     "coarsest",
+    "animation_storage",
+    "animation_error",
 ];
 
 /// Reads a manifest's text.
@@ -117,6 +125,8 @@ pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
             lods: settings.lods.or_else(|| defaults.lods.clone()),
             refit: settings.refit.or(defaults.refit),
             coarsest: settings.coarsest.or(defaults.coarsest),
+            animation_storage: settings.animation_storage.or(defaults.animation_storage),
+            animation_error: settings.animation_error.or(defaults.animation_error),
         };
         read.characters.push((PathBuf::from(source), settings));
     }
@@ -172,7 +182,39 @@ fn read_settings(table: &Table, key: &str) -> Result<Settings, Wrong> {
     let (clip_weights, lods) = (read_clip_weights(table, key)?, read_lods(table, key)?);
     let attribute_weights = read_attribute_weights(table, key)?;
     let coarsest = read_coarsest(table, key)?;
-    Ok(Settings { name, fps, criteria, clips, frames, clip_weights, attribute_weights, lods, refit, coarsest })
+    let (animation_storage, animation_error) = (read_storage(table, key)?, read_animation_error(table, key)?);
+    Ok(Settings {
+        name,
+        fps,
+        criteria,
+        clips,
+        frames,
+        clip_weights,
+        attribute_weights,
+        lods,
+        refit,
+        coarsest,
+        animation_storage,
+        animation_error,
+    })
+}
+
+fn read_storage(table: &Table, key: &str) -> Result<Option<StorageWord>, Wrong> {
+    let Some(word) = read_text(table, key, "animation_storage")? else { return Ok(None) };
+    StorageWord::from_str(&word, false).map(Some).or_else(|_| {
+        let problem = format!("found \"{word}\", allowed \"auto\", \"f32\", \"f16\" or \"quantized\"");
+        wrong(format!("{key}.animation_storage"), problem)
+    })
+}
+
+/// A number of percent, or a word as on the command line.
+fn read_animation_error(table: &Table, key: &str) -> Result<Option<f32>, Wrong> {
+    let text = match table.get("animation_error") {
+        None => return Ok(None),
+        Some(Value::String(text)) => text.clone(),
+        Some(other) => other.to_string(),
+    };
+    parse_animation_error(&text).map(Some).or_else(|problem| wrong(format!("{key}.animation_error"), problem))
 }
 
 /// A number of triangles, or a word as on the command line.
@@ -301,7 +343,8 @@ pub fn write(plan: &Plan) -> String {
          frames = {}  # auto, all or bind\n# clip_weights = {{ Walk = 2.0 }}  # default: all count alike\n\
          # attribute_weights = {{ uv = 2.0 }}  # uv, normal, color, layers; default: 1\n\
          # lod_ratio = [\"50%\", \"25%\"]  # discrete levels; also error = [\"5mm\"], px = [\"1@240\"], refit = true\n\
-         # coarsest = \"0.5%\"  # where the continuous detail ends: triangles, a share, or \"last\"; default: where it is useful\n",
+         # coarsest = \"0.5%\"  # where the continuous detail ends: triangles, a share, or \"last\"; default: where it is useful\n\
+         # animation_storage = \"quantized\"  # auto, f32, f16 or quantized; animation_error = 0.1, in percent of the height\n",
         text(layout),
         crate::cli::DEFAULT_FPS,
         text(criteria_name(Criteria::default())),
@@ -335,6 +378,13 @@ pub fn write(plan: &Plan) -> String {
         }
         if let Some(coarsest) = entry.coarsest {
             out.push_str(&format!("coarsest = {}\n", text(&coarsest_words(coarsest))));
+        }
+        let (storage, default) = (entry.storage, StorageAsked::default());
+        if let Some(storage) = storage.storage.filter(|_| plan.animation_layout == AnimationLayout::Premultiplied3x4) {
+            out.push_str(&format!("animation_storage = {}\n", text(storage.name())));
+        }
+        if storage.error_share != default.error_share && plan.animation_layout == AnimationLayout::Premultiplied3x4 {
+            out.push_str(&format!("animation_error = {:?}\n", storage.error_share * 100.0));
         }
         write_lods(&mut out, entry);
     }
@@ -396,6 +446,8 @@ mod tests {
             (&format!("{character}name = 'x'\n{character}name = 'x'"), "characters[1].name"),
             (&format!("{character}colour = 'red'"), "characters[0].colour"),
             (&format!("[pack]\nanimation_layout = '2x2'\n{character}"), "pack.animation_layout"),
+            (&format!("{character}animation_storage = 'f8'\n"), "characters[0].animation_storage"),
+            (&format!("{character}animation_error = 11\n"), "characters[0].animation_error"),
             ("[[characters]]\nsource = ", "line 2"),
         ] {
             assert_eq!(read(text).unwrap_err().key, key, "{text}");

@@ -73,6 +73,8 @@ pub struct CharacterInspection {
     pub parts: Vec<PartInspection>,
     /// Quantised levels, measured against full detail, coarsest first; of packs only.
     pub measured: Vec<MeasuredInspection>,
+    /// How its animation is stored; of packs only.
+    pub animation: Option<AnimationInspection>,
     /// Discrete levels, finest first; of packs only.
     pub discrete: Vec<DiscreteInspection>,
     /// Bytes of the index tables and refitted vertices; of packs only.
@@ -81,6 +83,23 @@ pub struct CharacterInspection {
     pub blocked: Option<Blocked>,
     /// Warnings.
     pub warnings: Vec<String>,
+}
+
+/// How animation is stored.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct AnimationInspection {
+    /// `f32`, `f16` or `quantized`; `4x4` in the papers' layout.
+    pub storage: &'static str,
+    /// The largest distance of a vertex from where the sampled clips put it, metres.
+    pub error_m: f32,
+    /// Frames over all clips.
+    pub frames: u32,
+    /// Frames over all clips at the rate they were sampled with.
+    pub sampled_frames: u32,
+    /// Bytes of all clips.
+    pub bytes: u64,
+    /// Bytes of the sampled frames in the papers' layout, 64 a joint.
+    pub papers_bytes: u64,
 }
 
 /// Seams and classes at full detail (Peng 2011, section 4.2).
@@ -165,6 +184,12 @@ pub struct ClipInspection {
     pub ground_speed_m_s: Option<f32>,
     /// Distance between first and last pose, metres; of packs only.
     pub loop_gap_m: Option<f32>,
+    /// Times that a joint's sole stands; of packs only.
+    pub contacts: Option<usize>,
+    /// Mean speed over the ground of soles that stand, metres a second; of packs only.
+    pub slide_m_s: Option<f32>,
+    /// The same when the character keeps to the clip's path; of packs only.
+    pub rooted_slide_m_s: Option<f32>,
 }
 
 /// A material.
@@ -279,6 +304,9 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
         tracks: named.tracks.len(),
         ground_speed_m_s: Some(clip.ground_speed_m_s),
         loop_gap_m: Some(clip.loop_gap_m),
+        contacts: Some(named.contacts.len()),
+        slide_m_s: Some(named.slide_m_s),
+        rooted_slide_m_s: Some(named.rooted_slide_m_s),
     });
     let materials = manifest.materials.iter().zip(character.materials).map(|(name, material)| MaterialInspection {
         name: name.clone(),
@@ -320,8 +348,40 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
         measured: measured.collect(),
         discrete: discrete.collect(),
         table_bytes: Some(table_bytes(character)),
+        animation: Some(inspect_animation(character)),
         blocked: Some(Blocked { fixed: b.fixed, seam: b.seam, topology: b.topology, flip: b.flip, ended: b.ended }),
         warnings: manifest.warnings.clone(),
+    }
+}
+
+/// How a packed character's animation is stored.
+pub(crate) fn inspect_animation(character: &Unpacked<'_>) -> AnimationInspection {
+    let storage = match character.contents.manifest.animation_layout {
+        AnimationLayout::Premultiplied3x4 => character.record.storage().unwrap_or_default().name(),
+        AnimationLayout::Split4x4 => "4x4",
+    };
+    AnimationInspection {
+        storage,
+        error_m: character.record.storage_error_m,
+        frames: character.clips.iter().map(|clip| clip.frame_count).sum(),
+        sampled_frames: character.clips.iter().map(|clip| character.sampled_frames(clip)).sum(),
+        bytes: character.animation_bytes(),
+        papers_bytes: character.papers_animation_bytes(),
+    }
+}
+
+impl AnimationInspection {
+    /// In words.
+    pub(crate) fn words(&self) -> String {
+        format!(
+            "{}, {} of {} frames, {} bytes ({:.3} of the papers' layout), off by {:.3} mm at most",
+            self.storage,
+            grouped(self.frames),
+            grouped(self.sampled_frames),
+            grouped(self.bytes),
+            self.bytes as f64 / self.papers_bytes.max(1) as f64,
+            self.error_m * 1e3,
+        )
     }
 }
 
@@ -405,6 +465,9 @@ fn inspect_raw(raw: &RawCharacter, seams: &SeamReport, path: &Path) -> Character
         tracks: clip.tracks.len(),
         ground_speed_m_s: None,
         loop_gap_m: None,
+        contacts: None,
+        slide_m_s: None,
+        rooted_slide_m_s: None,
     });
     let materials = raw.materials.iter().map(|material| MaterialInspection {
         name: material.name.clone(),
@@ -439,6 +502,7 @@ fn inspect_raw(raw: &RawCharacter, seams: &SeamReport, path: &Path) -> Character
         measured: Vec::new(),
         discrete: Vec::new(),
         table_bytes: None,
+        animation: None,
         blocked: None,
         warnings: raw.warnings.iter().map(warning_sentence).collect(),
     }
@@ -545,10 +609,18 @@ fn write_character(out: &mut String, character: &CharacterInspection) {
         let mask = if material.alpha_cutoff > 0.0 { ", masked" } else { "" };
         let _ = writeln!(out, "  material      {}: {texture}{mask}", material.name);
     }
+    if let Some(animation) = c.animation {
+        let _ = writeln!(out, "  animation     {}", animation.words());
+    }
     for clip in &c.clips {
         let _ = write!(out, "  clip          {}: {:.2} s", clip.name, clip.duration_s);
         if let (Some(frames), Some(speed), Some(gap)) = (clip.frames, clip.ground_speed_m_s, clip.loop_gap_m) {
             let _ = write!(out, ", {frames} frames, walks at {speed:.2} m/s, loop gap {gap:.3} m");
+        }
+        if let (Some(contacts), Some(slide)) = (clip.contacts.filter(|&count| count > 0), clip.slide_m_s) {
+            let rooted = clip.rooted_slide_m_s.unwrap_or_default();
+            let _ =
+                write!(out, ", feet stand {contacts} times, slide at {slide:.3} m/s, {rooted:.3} on the clip's path");
         }
         out.push('\n');
     }

@@ -29,6 +29,7 @@ pub mod plan;
 pub mod pose;
 pub mod report;
 pub mod report_page;
+pub mod store_animation;
 mod surface_warnings;
 pub mod survey;
 mod talk;

@@ -1,11 +1,12 @@
 //! The meanings: which characters a command line names, and how each is to be baked.
 
 use crate::bake_levels::LevelsAsked;
-use crate::cli::{BakeOptions, CriteriaWord, DEFAULT_FPS, FramesWord, LayoutWord, LevelOptions};
+use crate::cli::{BakeOptions, CriteriaWord, DEFAULT_FPS, FramesWord, LayoutWord, LevelOptions, StorageWord};
 use crate::crowd_toml::{self, Settings};
 use crate::error::{BakeError, Cause, Step};
+use crate::store_animation::StorageAsked;
 use crowd_lod::{AttributeWeights, Coarsest, Criteria, FrameChoice};
-use crowd_pack::{AnimationLayout, ManifestTarget};
+use crowd_pack::{AnimationLayout, JointStorage, ManifestTarget};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -59,6 +60,8 @@ pub struct PlanEntry {
     pub levels: LevelsAsked,
     /// Where the continuous detail ends; `None` where that is useful, see [`PlanEntry::coarsest`].
     pub coarsest: Option<Coarsest>,
+    /// How animation is stored.
+    pub storage: StorageAsked,
 }
 
 impl PlanEntry {
@@ -162,7 +165,23 @@ pub fn make_plan(inputs: &[PathBuf], options: &BakeOptions, layout: Option<Layou
         plan.refused.push(BakeError::whole(Step::Plan, Cause::Plan(dispute)));
         plan.entries.clear();
     }
+    store_as_papers(&mut plan);
     plan
+}
+
+/// The papers' layout has full floats of every frame.
+fn store_as_papers(plan: &mut Plan) {
+    if plan.animation_layout != AnimationLayout::Split4x4 {
+        return;
+    }
+    for entry in &mut plan.entries {
+        if entry.storage.storage.is_some_and(|storage| storage != JointStorage::F32) {
+            let name = &entry.name;
+            plan.notes
+                .push(format!("{name}: the 4x4 layout holds floats of all frames, animation_storage says nothing"));
+        }
+        entry.storage = StorageAsked::exact();
+    }
 }
 
 impl Plan {
@@ -330,6 +349,13 @@ fn entry_of(found: Found, options: &BakeOptions) -> PlanEntry {
         frames: frames.or(found.settings.frames).unwrap_or_default(),
         clip_weights: clip_weights.or(found.settings.clip_weights).unwrap_or_default(),
         coarsest: options.coarsest.or(found.settings.coarsest),
+        storage: StorageAsked {
+            storage: options.animation_storage.or(found.settings.animation_storage).and_then(StorageWord::storage),
+            error_share: options
+                .animation_error
+                .or(found.settings.animation_error)
+                .unwrap_or(StorageAsked::default().error_share),
+        },
         levels: LevelsAsked {
             targets: found.settings.lods.unwrap_or_default(),
             refit: found.settings.refit.unwrap_or_default(),

@@ -4,6 +4,7 @@ use crate::bake::{BakedCharacter, StepTime};
 use crate::bake_levels::BakedLevel;
 use crate::error::BakeError;
 use crate::plan::{Plan, PlanEntry, criteria_name, frames_name};
+use crowd_pack::JointStorage;
 use serde::Serialize;
 
 /// Version of every JSON document this program prints; a change that could break a reader raises it.
@@ -99,14 +100,39 @@ pub struct Counts {
 }
 
 /// Sizes of the animation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AnimationCounts {
     /// Matrices a frame.
     pub joints: u32,
     /// Clips.
     pub clips: u32,
-    /// Frames over all clips.
+    /// Frames over all clips, as stored.
     pub frames: u32,
+    /// Frames over all clips, as sampled.
+    pub sampled_frames: u32,
+    /// How joints are stored: `f32`, `f16` or `quantized`.
+    pub storage: &'static str,
+    /// The largest distance of a vertex from where the sampled clips put it, in any frame or between, metres.
+    pub error_m: f32,
+    /// What was allowed, metres.
+    pub allowed_m: f32,
+    /// Bytes of all clips.
+    pub bytes: u64,
+    /// Bytes of the sampled frames in the papers' layout, 64 a joint.
+    pub papers_bytes: u64,
+    /// Smaller storages that would have been off by more than allowed.
+    pub passed_over: Vec<PassedOverReport>,
+}
+
+/// A storage that a character's matrices do not fit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PassedOverReport {
+    /// Which.
+    pub storage: &'static str,
+    /// How far a vertex would be off, metres.
+    pub error_m: f32,
+    /// In which clip.
+    pub clip: String,
 }
 
 /// Which frames the error was averaged over.
@@ -241,7 +267,12 @@ impl CharacterReport {
     }
 
     fn fill(&mut self, baked: &BakedCharacter) {
-        let order = &baked.order;
+        let (order, animation) = (&baked.order, &baked.animation);
+        let passed_over = |(storage, error_m, clip): &(JointStorage, f32, String)| PassedOverReport {
+            storage: storage.name(),
+            error_m: *error_m,
+            clip: clip.clone(),
+        };
         let of_level = |level: Option<&crowd_lod::Level>| {
             level.map(|level| Counts { vertices: level.vertex_count, triangles: level.triangle_count })
         };
@@ -255,8 +286,15 @@ impl CharacterReport {
         self.after = of_level(order.levels.first());
         self.animation = Some(AnimationCounts {
             joints: baked.raw.joints.len() as u32,
-            clips: baked.clips.len() as u32,
-            frames: baked.clips.iter().map(|clip| clip.frame_count).sum(),
+            clips: animation.clips.len() as u32,
+            frames: animation.clips.iter().map(|clip| clip.frame_count).sum(),
+            sampled_frames: animation.sampled_frames,
+            storage: animation.storage.name(),
+            error_m: animation.error_m,
+            allowed_m: animation.allowed_m,
+            bytes: animation.bytes(),
+            papers_bytes: animation.papers_bytes(baked.raw.joints.len()),
+            passed_over: animation.passed_over.iter().map(passed_over).collect(),
         });
         self.frames = FramesReport {
             choice: self.frames.choice,

@@ -89,7 +89,7 @@ fn measure(entry: &PlanEntry) -> Result<(Measurements, PackContents), BakeError>
         seam_wedges: seams.wedge_count.saturating_sub(seams.position_count),
         classes: [seams.fixed_count, seams.companion_count, seams.regular_count],
         clips: baked.raw.clips.len(),
-        frames: baked.clips.iter().map(|clip| clip.frame_count).sum(),
+        frames: baked.animation.clips.iter().map(|clip| clip.frame_count).sum(),
         lowest_wedge: lowest(&baked),
         lowest_peng: lowest(&peng),
         error_percent: [0.25, 0.05].map(|ratio| error_near(&baked, ratio)),

@@ -7,7 +7,7 @@ use crate::plan::PlanEntry;
 use crate::pose::Mat3x4;
 use crowd_pack::{
     AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, MAGIC, ManifestCharacter,
-    MaterialRecord, Pack, PackContents, VertexRecord,
+    MaterialRecord, Pack, PackContents, SPLIT_JOINT_BYTES, Texel, VertexRecord, stored_frames,
 };
 use glam::{Mat4, Quat, Vec3};
 use std::io::Read;
@@ -182,20 +182,44 @@ impl<'a> Unpacked<'a> {
     pub fn palettes(&self, clip: usize) -> Vec<Mat3x4> {
         let clip = &self.clips[clip];
         let layout = self.contents.manifest.animation_layout;
-        let texel_count = clip.frame_count as usize * self.joint_count() * layout.texels_per_joint() as usize;
+        let storage = self.record.storage().unwrap_or_default();
+        let texel_count = clip.frame_count as usize * layout.frame_texels(storage, self.record.joint_count) as usize;
         let texels = &self.contents.animation[clip.texel_offset as usize..][..texel_count];
         match layout {
-            AnimationLayout::Premultiplied3x4 => texels.as_chunks::<3>().0.to_vec(),
+            AnimationLayout::Premultiplied3x4 => stored_frames(storage, texels, self.record.joint_count),
             AnimationLayout::Split4x4 => {
                 let offset = self.record.inverse_bind_offset as usize;
                 let inverse_binds = &self.contents.inverse_binds[offset..][..self.joint_count() * 4];
                 let rows = |rows: &[[f32; 4]]| Mat4::from_cols_array_2d(&std::array::from_fn(|r| rows[r])).transpose();
                 let inverse_binds: Vec<Mat4> = inverse_binds.chunks_exact(4).map(rows).collect();
-                let worlds = texels.chunks_exact(4).map(rows);
+                let worlds = texels.chunks_exact(4).map(|texels| {
+                    let floats: [[f32; 4]; 4] = std::array::from_fn(|row| texels[row].map(f32::from_bits));
+                    rows(&floats)
+                });
                 let pairs = worlds.zip(inverse_binds.iter().cycle());
                 pairs.map(|(world, inverse_bind)| rows_of(world * *inverse_bind)).collect()
             }
         }
+    }
+
+    /// Bytes of all clips.
+    pub fn animation_bytes(&self) -> u64 {
+        let layout = self.contents.manifest.animation_layout;
+        let texels = layout.frame_texels(self.record.storage().unwrap_or_default(), self.record.joint_count);
+        self.clips.iter().map(|clip| u64::from(clip.frame_count) * u64::from(texels) * size_of::<Texel>() as u64).sum()
+    }
+
+    /// Frames of a clip at the rate asked for, of which the pack may keep fewer.
+    pub fn sampled_frames(&self, clip: &ClipRecord) -> u32 {
+        let steps = f64::from(clip.duration_s) * f64::from(self.manifest.fps);
+        // A thousandth of a frame is forgiven, as sampling does.
+        if clip.duration_s > 0.0 { clip.frame_count.max((steps - 1e-3).ceil().max(1.0) as u32 + 1) } else { 1 }
+    }
+
+    /// Bytes of all clips at that rate in the papers' layout, four RGBA32F texels a joint and frame.
+    pub fn papers_animation_bytes(&self) -> u64 {
+        let frames: u64 = self.clips.iter().map(|clip| u64::from(self.sampled_frames(clip))).sum();
+        frames * u64::from(self.record.joint_count) * u64::from(SPLIT_JOINT_BYTES)
     }
 
     /// Matrices of the pose at rest, from the manifest's node tree.

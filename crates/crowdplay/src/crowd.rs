@@ -1,6 +1,6 @@
 //! From a pack to the instances of a crowd: who, where, with which clip.
 
-use crate::moving::{Feed, Moving, mover};
+use crate::moving::{Feed, Moving, mover, with_root_paths};
 use crate::plan::{ClipPlan, CrowdPlan, HeightPlan, LayoutPlan, Simulator};
 use crate::scenery::Scenery;
 use crate::schedules::{Actor, Schedules};
@@ -139,8 +139,10 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
         LayoutPlan::File(path) => (read_layout(path, &kinds, &clips)?, 0.0),
         LayoutPlan::Feed(feed) => {
             let feed = Feed::open(feed, plan.count, plan.seed, &mut remarks)?;
-            let movers = (0..characters.len())
-                .map(|k| mover(&data, characters[k], &names_of(characters[k]), &clips[k], factors[k]));
+            let movers = (0..characters.len()).map(|k| {
+                let mover = mover(&data, characters[k], &names_of(characters[k]), &clips[k], factors[k]);
+                with_root_paths(mover, &manifest[characters[k] as usize].clips)
+            });
             let feed = Moving::new(feed, movers.collect(), plan.seed, plan.fade_s);
             (moving.insert(feed).everyone(), 0.0)
         }

@@ -5,7 +5,10 @@ use crate::plan::FeedPlan;
 use crate::scenery::Scenery;
 use crate::step_match::turns_ahead;
 use crate::{Error, Result};
-use crowd_scene::{Cast, Flock, FlockRules, Gait, GaitClip, Instance, Mover, Trajectories, Walker, Waypoints};
+use crowd_pack::ManifestClip;
+use crowd_scene::{
+    Cast, Flock, FlockRules, Gait, GaitClip, Instance, Mover, RootPath, Trajectories, Walker, Waypoints,
+};
 use crowd_stages::CrowdData;
 use glam::Vec3;
 use std::path::Path;
@@ -182,6 +185,15 @@ pub fn mover(data: &CrowdData, character: u32, names: &[&str], allowed: &[u32], 
     Mover { clips, scale: factor, run_ahead_turns: turns_ahead(data, character, walk, run) }
 }
 
+/// The same with the root paths of its clips, so that planted feet stay. `clips`: all of the character's, in their order.
+pub fn with_root_paths(mut mover: Mover, clips: &[ManifestClip]) -> Mover {
+    for clip in &mut mover.clips {
+        let path = clips.get(clip.clip as usize).map(|named| named.root_path_m.as_slice());
+        clip.root_path = RootPath::of(path.unwrap_or_default());
+    }
+    mover
+}
+
 const IDLE: &[&str] = &["idle", "stand", "breath", "survey", "wait", "graze", "look"];
 const WALK: &[&str] = &["walk"];
 const RUN: &[&str] = &["run", "jog", "sprint", "gallop", "trot"];
@@ -226,6 +238,7 @@ fn gait_clip(data: &CrowdData, character: u32, clip: u32) -> GaitClip {
         duration_s: stored.duration_s,
         ground_speed_m_s: stored.ground_speed_m_s,
         displacement_m: if leaves { moved } else { Vec3::ZERO },
+        root_path: RootPath::default(),
     }
 }
 

@@ -74,7 +74,7 @@ mod tests {
             for frame in 0..frames {
                 let turns = frame as f32 / (frames - 1) as f32 - ahead;
                 let x = swing * libm::sinf(turns * std::f32::consts::TAU);
-                data.animation.extend([rows(0.0), rows(x)].as_flattened());
+                crowd_pack::store_frame(crowd_pack::JointStorage::F32, &[rows(0.0), rows(x)], &mut data.animation);
             }
         }
         data

@@ -112,7 +112,9 @@ fn one_triangle() -> PackContents {
         collapse_map: vec![0, 1, 2],
         lods: vec![level; 4],
         clips: vec![ClipRecord { frame_count: 1, sphere, ..Default::default() }],
-        animation: vec![[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
+        animation: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0_f32]]
+            .map(|r| r.map(f32::to_bits))
+            .to_vec(),
         materials: vec![MaterialRecord { base_color: [1.0; 4], image: NONE, ..Default::default() }],
         ..Default::default()
     }

@@ -47,7 +47,7 @@ pub(super) fn drawn_instance(
     let pair = frame_pair(clip, instance.phase_s, time_s);
     let leaving = &data.clips[instance.left_clip() as usize];
     let left = frame_pair(leaving, instance.leaving_phase_s, time_s);
-    let frame_texels = character.joint_count * 3;
+    let frame_texels = character.storage().unwrap_or_default().frame_texels(character.joint_count);
     DrawnInstance {
         position: instance.position,
         scale: instance.scale,
@@ -58,11 +58,12 @@ pub(super) fn drawn_instance(
         material_offset: character.material_offset,
         first_texel: clip.texel_offset + pair.first * frame_texels,
         second_texel: clip.texel_offset + pair.second * frame_texels,
-        row_count: frame_texels,
         leaving_first_texel: leaving.texel_offset + left.first * frame_texels,
         leaving_second_texel: leaving.texel_offset + left.second * frame_texels,
         leaving_blend: left.blend,
         leaving_share: instance.leaving_share,
+        row_count: character.joint_count * 3,
+        storage: character.joint_storage,
         ..Default::default()
     }
 }

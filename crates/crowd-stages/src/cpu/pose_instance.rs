@@ -175,7 +175,7 @@ mod tests {
             }],
             collapse_map: vec![0],
             clips: vec![clip(2, 1.0)],
-            animation: frames.as_flattened().as_flattened().to_vec(),
+            animation: frames.as_flattened().as_flattened().iter().map(|row| row.map(f32::to_bits)).collect(),
             ..Default::default()
         }
     }

@@ -16,10 +16,11 @@ impl BlendPalettes {
         )
     }
 
-    /// Compiles the stage.
-    pub fn new(device: &wgpu::Device) -> Self {
+    /// Compiles the stage. `joint_storages`: those that characters have, a bit for each [`crowd_pack::JointStorage::code`].
+    pub fn new(device: &wgpu::Device, joint_storages: u32) -> Self {
         let uses = [Use::Uniform, Use::Uniform, Use::Read, Use::Read, Use::Frames, Use::Write];
-        Self { kernel: Kernel::new(device, "blend_palettes", Self::source(), &["blend_palettes"], &uses) }
+        let (name, constants) = ("blend_palettes", [("JOINT_STORAGES", f64::from(joint_storages))]);
+        Self { kernel: Kernel::with_constants(device, name, Self::source(), &[name], &uses, &constants) }
     }
 
     /// Binds the buffers of the shader's bindings, in their order.

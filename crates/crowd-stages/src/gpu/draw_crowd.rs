@@ -37,6 +37,8 @@ pub(crate) struct DrawCrowd {
     backdrop_bound: wgpu::BindGroup,
     crowd_module: wgpu::ShaderModule,
     layouts: Layouts,
+    /// Constant of the crowd's shader, see [`CrowdBuffers::joint_storages`].
+    joint_storages: f64,
     color_format: wgpu::TextureFormat,
     sample_count: u32,
     targets: Option<Targets>,
@@ -65,6 +67,7 @@ impl DrawCrowd {
     pub(crate) fn new(
         device: &wgpu::Device,
         frame: &FrameBuffers,
+        joint_storages: u32,
         color_format: wgpu::TextureFormat,
         sample_count: u32,
     ) -> Self {
@@ -85,6 +88,7 @@ impl DrawCrowd {
             backdrop_bound: bind_backdrop(device, &layouts.backdrop, frame),
             crowd_module: shape.module("crowd", crowd_source()),
             layouts,
+            joint_storages: joint_storages.into(),
             color_format,
             sample_count,
             targets: None,
@@ -113,6 +117,7 @@ impl DrawCrowd {
         constants: &[(&str, f64)],
     ) -> wgpu::RenderPipeline {
         let layouts = [&self.layouts.crowd, &self.layouts.light];
+        let constants = [constants, &[self.storages()]].concat();
         self.shape().pipeline(
             &layouts,
             &self.crowd_module,
@@ -120,7 +125,7 @@ impl DrawCrowd {
             "shade",
             wgpu::CompareFunction::Less,
             buffers,
-            constants,
+            &constants,
         )
     }
 
@@ -133,7 +138,13 @@ impl DrawCrowd {
     ) -> wgpu::RenderPipeline {
         let shape = Shape { bias, ..Shape::of(&self.device) };
         let less = wgpu::CompareFunction::Less;
-        shape.pipeline(&[&self.layouts.crowd], &self.crowd_module, vertex, "mask", less, buffers, &[])
+        let constants = [self.storages()];
+        shape.pipeline(&[&self.layouts.crowd], &self.crowd_module, vertex, "mask", less, buffers, &constants)
+    }
+
+    /// The constant that says how joints are stored.
+    fn storages(&self) -> (&'static str, f64) {
+        ("JOINT_STORAGES", self.joint_storages)
     }
 
     fn shape(&self) -> Shape<'_> {
@@ -156,7 +167,7 @@ impl DrawCrowd {
             "shade_dot",
             wgpu::CompareFunction::Less,
             buffers,
-            &[],
+            &[self.storages()],
         )
     }
 
@@ -301,11 +312,11 @@ impl Layouts {
     fn new(device: &wgpu::Device) -> Self {
         let vertex = wgpu::ShaderStages::VERTEX;
         let fragment = wgpu::ShaderStages::FRAGMENT;
-        let texture = |binding, visibility, filterable| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility,
+        let layers = wgpu::BindGroupLayoutEntry {
+            binding: 10,
+            visibility: fragment,
             ty: wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Float { filterable },
+                sample_type: wgpu::TextureSampleType::Float { filterable: true },
                 view_dimension: wgpu::TextureViewDimension::D2Array,
                 multisampled: false,
             },
@@ -332,8 +343,8 @@ impl Layouts {
                     buffer_entry(6, vertex, Use::Read, None),
                     buffer_entry(7, vertex, Use::Read, None),
                     buffer_entry(8, fragment, Use::Read, None),
-                    texture(9, vertex, false),
-                    texture(10, fragment, true),
+                    buffer_entry(9, vertex, Use::Frames, None),
+                    layers,
                     wgpu::BindGroupLayoutEntry {
                         binding: 11,
                         visibility: fragment,

@@ -50,7 +50,7 @@ pub(crate) fn buffer_entry(
     let ty = match kind {
         Use::Frames => {
             let ty = wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                sample_type: wgpu::TextureSampleType::Uint,
                 view_dimension: wgpu::TextureViewDimension::D2Array,
                 multisampled: false,
             };
@@ -83,6 +83,18 @@ impl Kernel {
         entry_points: &[&'static str],
         uses: &[Use],
     ) -> Self {
+        Self::with_constants(device, name, source, entry_points, uses, &[])
+    }
+
+    /// The same with constants of the shader.
+    pub(crate) fn with_constants(
+        device: &wgpu::Device,
+        name: &'static str,
+        source: String,
+        entry_points: &[&'static str],
+        uses: &[Use],
+        constants: &[(&str, f64)],
+    ) -> Self {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(name),
             source: wgpu::ShaderSource::Wgsl(source.into()),
@@ -99,7 +111,7 @@ impl Kernel {
                 layout: Some(&pipeline_layout),
                 module: &module,
                 entry_point: Some(entry_point),
-                compilation_options: Default::default(),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
                 cache: None,
             })
         };

@@ -47,7 +47,7 @@ impl PreSkinning {
         let place = PlaceBuckets::new(up.device);
         let buckets = &c.tables.buckets;
         let place_bound = place.bind(up.device, counts, &capacities, buckets, ranges, places, &dispatch, &f.totals);
-        let blend = BlendPalettes::new(up.device);
+        let blend = BlendPalettes::new(up.device, c.joint_storages);
         let blend_bound = blend.bind(up.device, &f.config, counts, sorted_keys, drawn, &c.animation, &palettes);
         let skin = SkinVertices::new(up.device);
         let skin_bound = skin.bind(up.device, counts, places, drawn, &c.vertices, &c.origins, &palettes, &skinned);

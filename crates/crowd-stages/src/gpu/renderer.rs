@@ -148,7 +148,7 @@ impl CrowdRenderer {
         let mut up = Uploader { device, queue, bytes: 0 };
         let crowd = CrowdBuffers::new(&mut up, data)?;
         let frame = FrameBuffers::new(&mut up, options.max_instances)?;
-        let draw = DrawCrowd::new(device, &frame, options.color_format, options.sample_count);
+        let draw = DrawCrowd::new(device, &frame, crowd.joint_storages, options.color_format, options.sample_count);
         Ok(Self {
             selection: Selection::new(device, &crowd, &frame),
             unshaded: Light::new(device, draw.light_layout(), 1, 1)?,

@@ -8,6 +8,7 @@ use crate::{
     FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, MOST_POINTS, PointRecord, Result, WeightSums,
     discrete_config, dot_corners, surface_points,
 };
+use crowd_pack::Texel;
 use std::mem::size_of;
 use std::ops::Range;
 use wgpu::BufferUsages as Usage;
@@ -64,7 +65,7 @@ impl Uploader<'_> {
     }
 
     /// Stored joints as one texture, addressed by one number (see `animation_texel` in `shaders/shared/frames.wgsl`).
-    fn animation_texture(&mut self, texels: &[[f32; 4]]) -> Result<wgpu::TextureView> {
+    fn animation_texture(&mut self, texels: &[Texel]) -> Result<wgpu::TextureView> {
         let rows = texels.len().div_ceil(ANIMATION_WIDTH as usize).max(1) as u32;
         let layer_count = array_layers(rows.div_ceil(ANIMATION_HEIGHT), false);
         let height = rows.min(ANIMATION_HEIGHT);
@@ -85,7 +86,7 @@ impl Uploader<'_> {
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba32Float,
+            format: wgpu::TextureFormat::Rgba32Uint,
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         };
@@ -101,7 +102,7 @@ impl Uploader<'_> {
         Ok(texture.create_view(&array_view("animation")))
     }
 
-    fn write_rows(&self, texture: &wgpu::Texture, layer: u32, y: u32, width: u32, height: u32, texels: &[[f32; 4]]) {
+    fn write_rows(&self, texture: &wgpu::Texture, layer: u32, y: u32, width: u32, height: u32, texels: &[Texel]) {
         if texels.is_empty() {
             return;
         }
@@ -209,6 +210,8 @@ pub(crate) struct CrowdBuffers {
     pub(crate) clips: wgpu::Buffer,
     pub(crate) materials: wgpu::Buffer,
     pub(crate) animation: wgpu::TextureView,
+    /// How joints are stored: the shaders' constant of that name.
+    pub(crate) joint_storages: u32,
     pub(crate) layers: wgpu::TextureView,
 }
 
@@ -236,6 +239,7 @@ impl CrowdBuffers {
             clips: up.filled("bytes of clips", &data.clips, Usage::STORAGE, fewer)?,
             materials: up.filled("bytes of materials", &data.materials, Usage::STORAGE, fewer)?,
             animation: up.animation_texture(&data.animation)?,
+            joint_storages: data.joint_storages(),
             layers: up.layer_texture(data)?,
         })
     }

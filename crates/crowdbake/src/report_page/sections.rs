@@ -66,7 +66,7 @@ fn write_facts(out: &mut String, portrait: &Portrait<'_>) {
     let _ = write!(
         out,
         "<ul class=\"facts\"><li><b>{}</b> triangles down to <b>{}</b></li><li><b>{}</b> vertices down to <b>{}</b></li>\
-         <li><b>{}</b> tall</li><li><b>{moving}</b> {}, {} frames</li><li><b>{}</b> joints</li><li>from {}</li></ul>",
+         <li><b>{}</b> tall</li><li><b>{moving}</b> {}, {} frames</li><li><b>{}</b> joints</li><li>animation {}</li><li>from {}</li></ul>",
         grouped(record.triangle_count),
         grouped(record.min_triangle_count),
         grouped(record.vertex_count),
@@ -75,6 +75,7 @@ fn write_facts(out: &mut String, portrait: &Portrait<'_>) {
         if moving == 1 { "clip" } else { "clips" },
         grouped(frames),
         grouped(record.joint_count),
+        crate::inspect::inspect_animation(portrait.character).words(),
         Text(&manifest.source)
     );
 }
