@@ -68,6 +68,14 @@ bench-shadows:
 bench-park2009:
     cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b2,bucketed --flock 20000 --simulate gpu --characters zebra,gnu --eye 0,6,20 --target 0,0,-30 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/benchmarks/park2009.md && cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b2,bucketed --flock 5000 --simulate gpu --characters zebra,gnu --eye 0,16,82 --target 0,0,0 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/benchmarks/park2009-near.md
 
+# Write docs/benchmarks/fades.md again: everyone halfway from one clip to another, for each way to skin
+bench-fades:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed+vertex,bucketed+vertex+fades,bucketed+palettes,bucketed+palettes+fades,bucketed+compute,bucketed+compute+fades --counts 1024,8192 --size 640x360 --msaa 1 --rounds 15 --warm-up 2 --markdown docs/benchmarks/fades.md --assert 'bucketed+palettes+fades/bucketed+palettes <= 1.10' --assert 'bucketed+vertex+fades/bucketed+vertex <= 1.10' --assert 'bucketed+compute+fades/bucketed+compute <= 1.10'
+
+# Write docs/benchmarks/erato.md again: an audience with and without the caches of ERATO, poses held for up to a quarter of a second and shared
+bench-erato:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed+compute,bucketed+compute+rates,bucketed+compute+share,bucketed+vertex --layout seats --counts 500,5000 --pose-rates 30 --size 640x360 --msaa 1 --rounds 15 --warm-up 2 --markdown docs/benchmarks/erato.md --assert 'pose_share:bucketed+compute+share <= 0.5'
+
 # Time the simplifier
 bench:
     cargo bench -p crowd-lod

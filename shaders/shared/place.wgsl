@@ -67,8 +67,8 @@ fn drawn_instance(
     vertex_base: u32,
     palette_row: u32,
 ) -> DrawnInstance {
-    let pair = frame_pair(clip, instance.phase_s, time_s);
-    let left = frame_pair(leaving, instance.leaving_phase_s, time_s);
+    let pair = frame_pair(clip, instance.phase_s, time_s - instance.held_s);
+    let left = frame_pair(leaving, instance.leaving_phase_s, time_s - instance.held_s);
     let texels = frame_texels(character);
     return DrawnInstance(
         instance.position,

@@ -121,7 +121,7 @@ struct InstanceRecord {
     leaving_clip: u32,
     leaving_phase_s: f32,
     leaving_share: f32,
-    reserved: u32,
+    held_s: f32,
 }
 
 struct MotionStretch {
@@ -151,6 +151,13 @@ struct MotionRecord {
     ahead_s: f32,
 }
 
+struct PoseCounts {
+    pose_bits: u32,
+    own_pose: u32,
+    bucket_count: u32,
+    mesh_count: u32,
+}
+
 struct FrameConfig {
     clip_from_world: mat4x4f,
     planes: array<vec4f, 6>,
@@ -164,9 +171,9 @@ struct FrameConfig {
     morph: u32,
     lod_depths_m: vec2f,
     dot_area_px2: f32,
-    reserved_a: u32,
-    reserved_b: u32,
-    reserved_c: u32,
+    hold_far_m: f32,
+    hold_px: f32,
+    reserved: u32,
 }
 
 struct CullRecord {

@@ -33,14 +33,14 @@ fn is_sound(one: InstanceRecord) -> bool {
     return one.clip >= character.clip_offset && one.clip - character.clip_offset < character.clip_count
         && is_finite(one.position.x) && is_finite(one.position.y) && is_finite(one.position.z)
         && is_finite(one.yaw_rad) && is_finite(one.scale) && is_finite(one.phase_s)
-        && is_finite(one.leaving_phase_s) && has_sound_fade(one, character);
+        && is_finite(one.leaving_phase_s) && is_finite(one.held_s) && has_sound_fade(one, character);
 }
 
 @compute @workgroup_size(BLOCK_SIZE)
 fn admit(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
     let i = block * BLOCK_SIZE + lane;
-    var one = InstanceRecord(vec3f(0.0), 0.0, 0.0, 0u, characters[0].clip_offset, 0.0, 0u, 0.0, 0.0, 0u);
+    var one = InstanceRecord(vec3f(0.0), 0.0, 0.0, 0u, characters[0].clip_offset, 0.0, 0u, 0.0, 0.0, 0.0);
     if i < min(given_count[0], feed.most) {
         let asked = given[i];
         if is_sound(asked) {

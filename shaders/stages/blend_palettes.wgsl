@@ -22,7 +22,8 @@ fn blend_palettes(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         return;
     }
     let rows = blended_joint(one, joint);
-    palettes[place * 3u] = rows[0];
-    palettes[place * 3u + 1u] = rows[1];
-    palettes[place * 3u + 2u] = rows[2];
+    let at = one.palette_row + joint * 3u;
+    palettes[at] = rows[0];
+    palettes[at + 1u] = rows[1];
+    palettes[at + 2u] = rows[2];
 }

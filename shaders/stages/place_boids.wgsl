@@ -75,6 +75,6 @@ fn place_boids(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocatio
         left.clip,
         left.phase_s,
         share,
-        0u,
+        0.0,
     );
 }

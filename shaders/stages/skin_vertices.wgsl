@@ -8,6 +8,8 @@
 @group(0) @binding(4) var<storage, read> origins: array<OriginRecord>;
 @group(0) @binding(5) var<storage, read> palettes: array<vec4f>;
 @group(0) @binding(6) var<storage, read_write> skinned: array<SkinnedVertex>;
+// Where poses are shared: the entry of each leader; else anything.
+@group(0) @binding(7) var<storage, read> leaders: array<u32>;
 
 fn joint_matrix(one: DrawnInstance, joint: u32) -> mat3x4f {
     let row = one.palette_row + joint * 3u;
@@ -29,15 +31,18 @@ fn bucket_at(place: u32) -> u32 {
     return low;
 }
 
-@compute @workgroup_size(BLOCK_SIZE)
-fn skin_vertices(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let place = group_number(workgroup) * BLOCK_SIZE + lane;
+// `shares`: the n-th of a bucket is its n-th leader, not its n-th instance.
+fn skin(place: u32, shares: bool) {
     if place >= places[bucket_counts.bucket_count].vertex_base {
         return;
     }
     let bucket = places[bucket_at(place)];
     let within = place - bucket.vertex_base;
-    let one = drawn[bucket.first + within / bucket.vertex_count];
+    var entry = bucket.first + within / bucket.vertex_count;
+    if shares {
+        entry = leaders[entry];
+    }
+    let one = drawn[entry];
     let v = within % bucket.vertex_count;
     let vertex = vertices[bucket.vertex_offset + v];
     let origin = origins[bucket.vertex_offset + v];
@@ -48,4 +53,14 @@ fn skin_vertices(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocat
     let local = vec4f(position, 1.0) * rows;
     let turned = vec4f(normal, 0.0) * rows;
     skinned[place] = SkinnedVertex(local.x, local.y, local.z, turned.x, turned.y, turned.z);
+}
+
+@compute @workgroup_size(BLOCK_SIZE)
+fn skin_vertices(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    skin(group_number(workgroup) * BLOCK_SIZE + lane, false);
+}
+
+@compute @workgroup_size(BLOCK_SIZE)
+fn skin_leaders(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    skin(group_number(workgroup) * BLOCK_SIZE + lane, true);
 }

@@ -84,7 +84,7 @@ pub fn instances(data: &CrowdData, count: u32) -> Vec<InstanceRecord> {
             leaving_clip: record.clip_offset + hash(i.wrapping_mul(8).wrapping_add(7)) % record.clip_count,
             leaving_phase_s: unit(1) * 2.0,
             leaving_share: (unit(7) * 2.0 - 1.0).max(0.0),
-            reserved: 0,
+            held_s: 0.0,
         }
     };
     (0..count).map(place).collect()

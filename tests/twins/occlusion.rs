@@ -227,6 +227,8 @@ pub const ON: DrawOptions = DrawOptions {
     occlusion: true,
     skinning: Skinning::Vertex,
     shadows: 0,
+    holds_poses: false,
+    share_poses: false,
     frozen: false,
 };
 

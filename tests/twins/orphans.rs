@@ -31,6 +31,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "kernel",
         "occlusion",
         "open_device",
+        "pose_sharing",
         "pre_skinning",
         "read_back",
         "renderer",

@@ -80,7 +80,7 @@ fn the_twin_casts_as_the_scene_does() {
             leaving_clip: data().characters[one.character as usize].clip_offset + one.leaving.clip,
             leaving_phase_s: one.leaving.phase_s,
             leaving_share: one.leaving.share,
-            reserved: 0,
+            held_s: 0.0,
         };
         assert!(shows_the_same(placed, &expected, 1e-4), "{placed:?} is not {expected:?}");
     }

@@ -44,6 +44,7 @@ impl Fed {
             &gpu::storage(&buckets().origins(data())),
             &gpu::storage(&self.palettes),
             &skinned,
+            None,
         );
         let dispatch = gpu::indirect(&self.dispatch);
         gpu::run(|pass| stage.record(pass, &bound, &dispatch));

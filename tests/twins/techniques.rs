@@ -19,6 +19,8 @@ const ORACLE: DrawOptions = DrawOptions {
     occlusion: false,
     skinning: Skinning::Vertex,
     shadows: 0,
+    holds_poses: false,
+    share_poses: false,
     frozen: false,
 };
 /// Levels that change at once, as those of the oracle.

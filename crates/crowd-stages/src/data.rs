@@ -106,7 +106,7 @@ pub enum Error {
     NotFinite {
         /// Of the instance.
         index: usize,
-        /// `position`, `yaw`, `scale`, `phase` or `leaving phase`.
+        /// `position`, `yaw`, `scale`, `phase`, `leaving phase` or `held`.
         what: &'static str,
         /// Found.
         found: f32,
@@ -159,6 +159,9 @@ pub struct CrowdData {
     /// Frames of premultiplied matrices as each character stores its joints (a split pack is multiplied on loading, and the
     /// clips' texel offsets are rewritten).
     pub animation: Vec<Texel>,
+    /// Of each clip, the speed of its fastest vertex ([`crate::cpu::clip_speeds`]), for poses that are held; empty until someone wants
+    /// them.
+    pub clip_speeds: Vec<f32>,
     /// Materials; `image` is a layer index here, or `crowd_pack::NONE`.
     pub materials: Vec<MaterialRecord>,
     /// Texture layers, all `layer_side` x `layer_side`, sRGB-encoded RGBA8 with mip levels.
@@ -197,6 +200,7 @@ impl CrowdData {
             indices_32: contents.indices_32.clone(),
             clips: contents.clips.clone(),
             animation: Vec::new(),
+            clip_speeds: Vec::new(),
             materials: contents.materials.clone(),
             layers,
             layer_side,
@@ -261,7 +265,8 @@ pub(crate) fn check_instances(characters: &[CharacterRecord], instances: &[Insta
         }
         let [x, y, z] = instance.position.map(|axis| ("position", axis));
         let [own, left] = [("phase", instance.phase_s), ("leaving phase", instance.leaving_phase_s)];
-        let numbers = [x, y, z, ("yaw", instance.yaw_rad), ("scale", instance.scale), own, left];
+        let numbers =
+            [x, y, z, ("yaw", instance.yaw_rad), ("scale", instance.scale), own, left, ("held", instance.held_s)];
         if let Some((what, found)) = numbers.into_iter().find(|(_, number)| !number.is_finite()) {
             return Err(Error::NotFinite { index, what, found });
         }

@@ -153,7 +153,7 @@ mod tests {
             triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]],
             lods: vec![LodRecord { vertex_count: 8, triangle_count: 4 }; 9],
             clips: vec![ClipRecord { frame_count: 1, ..ClipRecord::default() }],
-            animation: [still, still].as_flattened().to_vec(),
+            animation: [still, still].as_flattened().iter().map(|row| row.map(f32::to_bits)).collect(),
             materials: vec![MaterialRecord { base_color: [1.0; 4], image: NONE, ..MaterialRecord::default() }],
             ..CrowdData::default()
         }

@@ -172,6 +172,10 @@ pub struct DrawOptions {
     pub skinning: Skinning,
     /// Shadow maps of the sun, 0 to 4; none without.
     pub shadows: u32,
+    /// Poses of far ones are held for a while: see [`crate::cpu::hold_poses`]; how long, the frame's `hold_far_m` and `hold_px` say.
+    pub holds_poses: bool,
+    /// [`Technique::Bucketed`] skins each pose that is held once, for all who are in it: see [`Self::shares_poses`].
+    pub share_poses: bool,
     /// Who is drawn and at which levels stays as in the technique's last frame; camera and poses go on. A frame that comes first,
     /// or after other instances, is a frame like any other; hidden ones are not left out.
     pub frozen: bool,
@@ -200,6 +204,12 @@ impl DrawOptions {
     /// which levels newly seen ones come.
     pub fn occludes(&self) -> bool {
         self.technique == Technique::Bucketed && self.fit == Fit::Fill && self.occlusion && !self.frozen
+    }
+
+    /// Whether instances share poses: where they are held and worked out before the draw. Frozen frames have lists of another time.
+    pub fn shares_poses(&self) -> bool {
+        let has_palettes = matches!(self.skinning, Skinning::Palettes | Skinning::Compute);
+        self.technique == Technique::Bucketed && has_palettes && self.holds_poses && self.share_poses && !self.frozen
     }
 
     /// Whether characters a few pixels high may be dots.

@@ -8,8 +8,8 @@ use crowd_stages::{
     CascadeStep, CullRecord, DiscreteConfig, DispatchArgs, DrawArgs, DrawConfig, DrawCounts, DrawnInstance, FeedConfig,
     FeedState, FillState, FlockConfig, FrameConfig, FrameTotals, FrustumCorners, GaitClipRecord, InstanceBase,
     InstanceRecord, LodChoice, MorphRecord, MotionRecord, MotionSchedule, MotionStretch, MoverRecord, OriginRecord,
-    PyramidConfig, PyramidLevel, PyramidStep, SUN_DIRECTION, ShadowConfig, SightTally, SkinnedVertex, SortPass,
-    SortedBoid, Weight, WeightSums, dispatch, overflow, sight,
+    PoseCounts, PyramidConfig, PyramidLevel, PyramidStep, SUN_DIRECTION, ShadowConfig, SightTally, SkinnedVertex,
+    SortPass, SortedBoid, Weight, WeightSums, dispatch, overflow, sight,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};
@@ -73,7 +73,7 @@ fn rust_layouts() -> Vec<Layout> {
             leaving_clip,
             leaving_phase_s,
             leaving_share,
-            reserved,
+            held_s,
         }),
         layout!(MotionStretch {
             start_s,
@@ -91,6 +91,7 @@ fn rust_layouts() -> Vec<Layout> {
         }),
         layout!(MotionSchedule { first, count, loop_s, reserved }),
         layout!(MotionRecord { schedule, ahead_s }),
+        layout!(PoseCounts { pose_bits, own_pose, bucket_count, mesh_count }),
         layout!(FrameConfig {
             clip_from_world,
             planes,
@@ -104,9 +105,9 @@ fn rust_layouts() -> Vec<Layout> {
             morph,
             lod_depths_m,
             dot_area_px2,
-            reserved_a,
-            reserved_b,
-            reserved_c,
+            hold_far_m,
+            hold_px,
+            reserved,
         }),
         layout!(CullRecord { visible, weight, area_px2, distance_m }),
         layout!(WeightSums {
@@ -264,6 +265,10 @@ fn sources() -> Vec<(&'static str, String)> {
         ("fill_cells", gpu::FillCells::source()),
         ("steer_boids", gpu::SteerBoids::source()),
         ("place_boids", gpu::PlaceBoids::source()),
+        ("key_poses", gpu::KeyPoses::source()),
+        ("find_leaders", gpu::FindLeaders::source()),
+        ("share_poses", gpu::SharePoses::source()),
+        ("hold_poses", gpu::HoldPoses::source()),
         ("backdrop", gpu::backdrop_source()),
         ("crowd", gpu::crowd_source()),
         ("scenery", gpu::scenery_source()),

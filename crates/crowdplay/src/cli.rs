@@ -217,6 +217,17 @@ pub struct Args {
     #[arg(long, default_value = "off", value_name = "off|N", value_parser = shadows, help_heading = "Level of detail")]
     pub shadows: u32,
 
+    /// Poses of far people are held for a while, so that they change 50 times a second nearby and 4 times far away: off, or the metres
+    /// from which it is 4 (the time between two poses grows with the squared distance: ERATO), or pixels, as in 1px, by which the
+    /// fastest point of a clip may be late. Nobody is held while they fade. The CPU holds none
+    #[arg(long, default_value = "off", value_name = "off|M|PXpx", value_parser = pose_rates, help_heading = "Level of detail")]
+    pub pose_rates: PoseRates,
+
+    /// People in one pose share its matrices and skinned vertices: each pose that is held is worked out once, for everyone at that level
+    /// (with --pose-rates and --skinning palettes or compute; morphs go in quarters then)
+    #[arg(long, value_enum, default_value_t = Switch::Off, value_name = "on|off", help_heading = "Level of detail")]
+    pub share_poses: Switch,
+
     /// Who is drawn and at which levels stays as in the first frame, so that a moving camera shows what was chosen for it
     #[arg(long, help_heading = "Level of detail")]
     pub freeze: bool,
@@ -324,6 +335,17 @@ pub struct Args {
     pub completions: Option<clap_complete::Shell>,
 }
 
+/// `--pose-rates`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PoseRates {
+    /// Poses are always new.
+    Off,
+    /// Four a second from so many metres on.
+    FarM(f32),
+    /// As many as keep everything within so many pixels.
+    Px(f32),
+}
+
 /// On or off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Switch {
@@ -424,6 +446,18 @@ fn dots_px(text: &str) -> Result<f32, String> {
     within(text, 0.0, 64.0)
 }
 
+fn pose_rates(text: &str) -> Result<PoseRates, String> {
+    let text = text.trim();
+    if text.eq_ignore_ascii_case("off") {
+        return Ok(PoseRates::Off);
+    }
+    let known = match text.strip_suffix("px") {
+        Some(px) => within(px, 0.01, 1000.0).map(PoseRates::Px),
+        None => within(text, 0.1, 1e6).map(PoseRates::FarM),
+    };
+    known.map_err(|e| format!("{e}; or off, metres as in 60, pixels as in 1px"))
+}
+
 fn fade(text: &str) -> Result<f32, String> {
     within(text, 0.0, crowd_scene::Gait::SHORTEST_S)
 }
@@ -501,6 +535,11 @@ mod tests {
         }
         assert!(triple("1,2").unwrap_err().contains("found 2 numbers"));
         assert!(triple("1,2,nan").is_err());
+        assert_eq!(pose_rates("60"), Ok(PoseRates::FarM(60.0)));
+        assert_eq!([pose_rates("0.5px"), pose_rates("OFF")], [Ok(PoseRates::Px(0.5)), Ok(PoseRates::Off)]);
+        for bad in ["0", "px", "-1px", "nanpx", "inf", "1em"] {
+            assert!(pose_rates(bad).is_err_and(|e| e.contains("1px")), "{bad}");
+        }
     }
 
     #[test]

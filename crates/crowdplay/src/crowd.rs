@@ -71,7 +71,7 @@ fn record(data: &CrowdData, shown: &[(u32, f32)], one: &Instance) -> InstanceRec
         leaving_clip: first_clip + one.leaving.clip,
         leaving_phase_s: one.leaving.phase_s,
         leaving_share: one.leaving.share,
-        reserved: 0,
+        held_s: 0.0,
     }
 }
 
@@ -110,7 +110,10 @@ pub fn open_pack(path: &Path) -> Result<Pack> {
 /// # Errors
 /// [`Error::Parameter`] for a character or clip the pack does not have, [`Error::Scene`] for a refused layout file.
 pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
-    let data = CrowdData::from_pack(pack, plan.texture_side)?;
+    let mut data = CrowdData::from_pack(pack, plan.texture_side)?;
+    if plan.measures_speeds {
+        data.clip_speeds = cpu::clip_speeds(&data);
+    }
     let manifest = &pack.contents().manifest.characters;
     let characters = choose_characters(manifest, &plan.characters)?;
     let mut remarks = Vec::new();

@@ -121,6 +121,11 @@ impl GpuBackend {
         self.renderer.vertex_runs()
     }
 
+    /// Poses that were worked out in the newest frame, where they are shared.
+    pub fn shared_poses(&mut self) -> Result<Option<u32>> {
+        Ok(self.renderer.shared_poses(&self.gpu.device, &self.gpu.queue)?)
+    }
+
     /// Bytes of GPU memory.
     pub fn gpu_bytes(&self) -> u64 {
         self.renderer.gpu_bytes() + self.simulation.as_ref().map_or(0, Simulation::gpu_bytes)

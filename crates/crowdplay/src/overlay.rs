@@ -31,6 +31,8 @@ pub struct Knobs {
     pub dots_px: f32,
     /// People on their places go by their motion graph; `None`: there is none.
     pub motion: Option<bool>,
+    /// It is known how fast clips are, so poses may be held.
+    pub can_hold: bool,
     /// Time stands still.
     pub paused: bool,
     /// Seconds of the crowd a second of the clock.
@@ -218,6 +220,13 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
     if let Some(motion) = &mut knobs.motion {
         ui.checkbox(motion, "people change what they do").on_hover_text(
             "They go by the motion graph (--motion-graph) and fade from clip to clip; else everyone keeps one",
+        );
+    }
+    if knobs.can_hold {
+        ui.checkbox(&mut knobs.draw.holds_poses, "hold poses of far ones")
+            .on_hover_text("Poses change 50 times a second nearby and 4 times far away (--pose-rates)");
+        ui.checkbox(&mut knobs.draw.share_poses, "share them").on_hover_text(
+            "Each held pose is worked out once for all who are in it, with --skinning palettes or compute",
         );
     }
     ui.checkbox(&mut knobs.draw.frozen, "freeze culling and levels (F)")

@@ -1,6 +1,6 @@
 //! What the command line means: one plan, all defaults decided, no file opened yet.
 
-use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, SkinningWord, Switch, WeightWord};
+use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, PoseRates, SkinningWord, Switch, WeightWord};
 use crate::{Error, Result};
 use crowd_scene::Layout;
 use crowd_stages::{DrawOptions, Fit, Levels, Technique, Weight};
@@ -61,6 +61,8 @@ pub struct CrowdPlan {
     pub seed: u32,
     /// What people on their places do from second to second.
     pub motion: MotionPlanWord,
+    /// Poses may be held: how fast clips are has to be known.
+    pub measures_speeds: bool,
     /// Seconds in which people who walk fade from one gait into the next.
     pub fade_s: f32,
     /// Largest texture side, pixels.
@@ -174,6 +176,8 @@ pub struct DetailPlan {
     pub target_ms: Option<f32>,
     /// Height below which somebody may be dots, pixels; 0: nobody.
     pub dots_px: f32,
+    /// How long poses are held, where they are.
+    pub pose_rates: PoseRates,
     /// Depths of the discrete levels; `None`: from heights in pixels.
     pub lod_depths_m: Option<[f32; 2]>,
     /// The user named the technique.
@@ -379,6 +383,14 @@ pub fn plan(args: &Args) -> Result<Plan> {
             allowed: "off, since the software rasteriser draws none".to_owned(),
         });
     }
+    if args.pose_rates != PoseRates::Off && args.backend == BackendWord::Cpu {
+        return Err(Error::Parameter {
+            option: "--pose-rates",
+            found: "with --backend cpu".to_owned(),
+            allowed: "off, since the software rasteriser poses everyone anew".to_owned(),
+        });
+    }
+    check_sharing(args)?;
     Ok(Plan {
         pack: args.pack.clone().unwrap_or_default(),
         crowd: CrowdPlan {
@@ -396,6 +408,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
             height: height(&args.height)?,
             seed: args.seed,
             motion: motion(args)?,
+            measures_speeds: args.pose_rates != PoseRates::Off,
             fade_s: args.fade,
             texture_side: args.texture_side,
         },
@@ -420,9 +433,12 @@ pub fn plan(args: &Args) -> Result<Plan> {
                 occlusion: args.occlusion == Switch::On,
                 skinning: args.skinning.skinning(),
                 shadows: args.shadows,
+                holds_poses: args.pose_rates != PoseRates::Off,
+                share_poses: args.share_poses == Switch::On,
                 frozen: args.freeze,
                 levels: if args.snap_levels { Levels::Quantized } else { Levels::Continuous },
             },
+            pose_rates: args.pose_rates,
             lod_depths_m: args.lod_depths,
             technique_is_given: args.technique.is_some(),
         },
@@ -480,6 +496,25 @@ fn check_simulator(args: &Args) -> Result<()> {
             refused("gpu with --backend cpu".to_owned(), "with a GPU")
         }
         BackendWord::Gpu | BackendWord::Cpu => Ok(()),
+    }
+}
+
+/// Only poses that are held and worked out before the draw can be shared.
+fn check_sharing(args: &Args) -> Result<()> {
+    let refused = |found: &str, allowed: &str| {
+        Err(Error::Parameter { option: "--share-poses", found: found.to_owned(), allowed: allowed.to_owned() })
+    };
+    if args.share_poses == Switch::Off {
+        return Ok(());
+    }
+    if args.pose_rates == PoseRates::Off {
+        return refused("on without --pose-rates", "on with --pose-rates, as in --pose-rates 1px");
+    }
+    match args.skinning {
+        SkinningWord::Palettes | SkinningWord::Compute => Ok(()),
+        SkinningWord::Auto | SkinningWord::Vertex => {
+            refused("on without poses worked out beforehand", "on with --skinning compute or palettes")
+        }
     }
 }
 
@@ -658,6 +693,9 @@ mod tests {
             &["--skinning", "palettes", "--backend", "cpu"],
             &["--shadows", "4", "--backend", "cpu"],
             &["--motion-graph", "auto", "--walk"],
+            &["--pose-rates", "60", "--backend", "cpu"],
+            &["--share-poses", "on", "--skinning", "compute"],
+            &["--share-poses", "on", "--pose-rates", "60"],
             &["--motion-graph", "dance.txt", "--flock", "100"],
             &["--simulate", "gpu"],
             &["--reference-camera", "--backend", "cpu"],

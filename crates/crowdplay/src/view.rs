@@ -1,5 +1,6 @@
 //! From the camera plan to the camera of a moment, and from a camera to the frame's numbers.
 
+use crate::cli::PoseRates;
 use crate::crowd::{Bounds, Crowd};
 use crate::plan::{CameraPlan, CameraWay, DetailPlan};
 use crate::{Error, Result};
@@ -120,5 +121,12 @@ pub fn frame_config(camera: &Camera, size: [u32; 2], time_s: f32, detail: &Detai
         weight: detail.weight,
     });
     let lod_depths_m = detail.lod_depths_m.unwrap_or(config.lod_depths_m);
-    FrameConfig { lod_depths_m, dot_area_px2: dot_area_px2(detail.dots_px), ..config }
+    let (hold_far_m, hold_px) = match detail.pose_rates {
+        // Whoever holds poses without saying how long keeps them within a pixel.
+        PoseRates::Off => (0.0, 1.0),
+        PoseRates::FarM(metres) => (metres, 0.0),
+        PoseRates::Px(px) => (0.0, px),
+    };
+    let dot_area_px2 = dot_area_px2(detail.dots_px);
+    FrameConfig { lod_depths_m, dot_area_px2, hold_far_m, hold_px, ..config }
 }

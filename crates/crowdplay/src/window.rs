@@ -2,7 +2,7 @@
 
 use crate::backend;
 use crate::camera_control::{CameraControl, Held};
-use crate::cli::BackendWord;
+use crate::cli::{BackendWord, PoseRates};
 use crate::cpu_backend::CpuBackend;
 use crate::crowd::Crowd;
 use crate::governor::Governor;
@@ -147,6 +147,7 @@ struct Running {
     /// What the second camera saw of the frame before, in the corner.
     corner: Option<egui::TextureHandle>,
     samples: u32,
+    pose_rates: PoseRates,
     lod_depths_m: Option<[f32; 2]>,
     knobs: Knobs,
     /// Of the knobs, as the painter has it.
@@ -233,6 +234,7 @@ impl Running {
             max_px: detail.max_px,
             dots_px: detail.dots_px,
             motion: crowd.schedules.as_ref().map(|_| true),
+            can_hold: !crowd.data.clip_speeds.is_empty(),
             paused: false,
             time_scale: 1.0,
             visible: true,
@@ -246,6 +248,7 @@ impl Running {
             simulation,
             corner: None,
             samples,
+            pose_rates: plan.detail.pose_rates,
             lod_depths_m: plan.detail.lod_depths_m,
             motion: knobs.motion,
             knobs,
@@ -431,6 +434,7 @@ impl Running {
             max_px,
             dots_px,
             target_ms,
+            pose_rates: self.pose_rates,
             lod_depths_m: self.lod_depths_m,
             technique_is_given: true,
         }

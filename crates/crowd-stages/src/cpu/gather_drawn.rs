@@ -44,9 +44,9 @@ pub(super) fn drawn_instance(
 ) -> DrawnInstance {
     let character = &data.characters[instance.character as usize];
     let clip = &data.clips[instance.clip as usize];
-    let pair = frame_pair(clip, instance.phase_s, time_s);
+    let pair = frame_pair(clip, instance.phase_s, time_s - instance.held_s);
     let leaving = &data.clips[instance.left_clip() as usize];
-    let left = frame_pair(leaving, instance.leaving_phase_s, time_s);
+    let left = frame_pair(leaving, instance.leaving_phase_s, time_s - instance.held_s);
     let frame_texels = character.storage().unwrap_or_default().frame_texels(character.joint_count);
     DrawnInstance {
         position: instance.position,

@@ -48,7 +48,7 @@ fn place(flock: &FlockConfig, boid: &BoidRecord, mine: &BoidTraits, mover: &Move
         leaving_clip,
         leaving_phase_s,
         leaving_share,
-        reserved: 0,
+        held_s: 0.0,
     }
 }
 

@@ -34,7 +34,10 @@ pub(crate) struct BucketDraws {
 /// What stages between the sorted list and the draws read and write.
 #[derive(Clone, Copy)]
 pub(crate) struct Lists<'a> {
+    pub(crate) keys: &'a wgpu::Buffer,
+    pub(crate) morphs: &'a wgpu::Buffer,
     pub(crate) sorted_keys: &'a wgpu::Buffer,
+    pub(crate) sorted: &'a wgpu::Buffer,
     pub(crate) drawn: &'a wgpu::Buffer,
     pub(crate) ranges: &'a wgpu::Buffer,
     pub(crate) places: &'a wgpu::Buffer,
@@ -165,8 +168,8 @@ impl BucketDraws {
 
     /// For stages that go on from the sorted list.
     pub(crate) fn lists(&self) -> Lists<'_> {
-        let Self { sorted_keys, drawn, ranges, places, .. } = self;
-        Lists { sorted_keys, drawn, ranges, places }
+        let Self { keys, morphs, sorted_keys, sorted, drawn, ranges, places, .. } = self;
+        Lists { keys, morphs, sorted_keys, sorted, drawn, ranges, places }
     }
 
     /// For a stage that writes the keys itself.
@@ -193,6 +196,11 @@ impl BucketDraws {
                 self.sort_instances.record(compute, bound, pass, count);
             }
         });
+        self.record_arguments(recorder, count);
+    }
+
+    /// Draw arguments of a sorted list.
+    pub(crate) fn record_arguments(&self, recorder: &mut StageRecorder<'_>, count: u32) {
         let (write, bound) = &self.write_bucket_args;
         recorder.stage("write_bucket_args", |pass| write.record(pass, bound, count, self.tables.counts.bucket_count));
     }

@@ -1,6 +1,7 @@
 //! Palettes blended and vertices skinned before the draw: each once, however many passes read them.
 
 use super::bucket_draws::{BucketDraws, Lists};
+use super::pose_sharing::PoseSharing;
 use super::renderer::RendererOptions;
 use super::stage_recorder::StageRecorder;
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
@@ -13,10 +14,19 @@ pub(crate) struct PreSkinning {
     pub(crate) palettes: wgpu::Buffer,
     pub(crate) skinned: wgpu::Buffer,
     dispatch: wgpu::Buffer,
+    capacities: wgpu::Buffer,
     place_buckets: (PlaceBuckets, wgpu::BindGroup),
     blend_palettes: (BlendPalettes, wgpu::BindGroup),
     skin_vertices: (SkinVertices, wgpu::BindGroup),
     palette_rows: u32,
+    shared: Option<Shared>,
+}
+
+/// The same stages where poses are shared.
+struct Shared {
+    sharing: PoseSharing,
+    place_buckets: wgpu::BindGroup,
+    skin_vertices: wgpu::BindGroup,
 }
 
 impl PreSkinning {
@@ -43,14 +53,15 @@ impl PreSkinning {
         let capacities = Capacities { vertex_count, triangle_count: options.max_triangles, ..Default::default() };
         let capacities = up.filled("capacities", &[capacities], Usage::UNIFORM, remedy)?;
 
-        let Lists { sorted_keys, drawn, ranges, places } = draws.lists();
+        let Lists { sorted_keys, drawn, ranges, places, .. } = draws.lists();
         let place = PlaceBuckets::new(up.device);
         let buckets = &c.tables.buckets;
         let place_bound = place.bind(up.device, counts, &capacities, buckets, ranges, places, &dispatch, &f.totals);
         let blend = BlendPalettes::new(up.device, c.joint_storages);
         let blend_bound = blend.bind(up.device, &f.config, counts, sorted_keys, drawn, &c.animation, &palettes);
         let skin = SkinVertices::new(up.device);
-        let skin_bound = skin.bind(up.device, counts, places, drawn, &c.vertices, &c.origins, &palettes, &skinned);
+        let skin_bound =
+            skin.bind(up.device, counts, places, drawn, &c.vertices, &c.origins, &palettes, &skinned, None);
         Ok(Self {
             palettes,
             skinned,
@@ -59,7 +70,63 @@ impl PreSkinning {
             blend_palettes: (blend, blend_bound),
             skin_vertices: (skin, skin_bound),
             palette_rows,
+            shared: None,
+            capacities,
         })
+    }
+
+    /// Sets up what sharing poses needs, unless it is.
+    ///
+    /// # Errors
+    /// Those of [`PoseSharing::new`].
+    pub(crate) fn prepare_sharing(
+        &mut self,
+        up: &mut Uploader<'_>,
+        c: &CrowdBuffers,
+        f: &FrameBuffers,
+        max_instances: u32,
+        draws: &BucketDraws,
+    ) -> Result<()> {
+        if self.shared.is_some() {
+            return Ok(());
+        }
+        let sharing = PoseSharing::new(up, c, f, max_instances, draws)?;
+        let Lists { drawn, places, .. } = draws.lists();
+        let Self { palettes, skinned, dispatch, capacities, .. } = &*self;
+        let (counts, buckets) = (&c.tables.bucket_counts, &c.tables.buckets);
+        let (place, ranges) = (&self.place_buckets.0, &sharing.leader_ranges);
+        let place_buckets = place.bind(up.device, counts, capacities, buckets, ranges, places, dispatch, &f.totals);
+        let (skin, leaders) = (&self.skin_vertices.0, Some(&sharing.leaders));
+        let skin_vertices =
+            skin.bind(up.device, counts, places, drawn, &c.vertices, &c.origins, palettes, skinned, leaders);
+        self.shared = Some(Shared { sharing, place_buckets, skin_vertices });
+        Ok(())
+    }
+
+    /// After the buckets' keys: everything up to the vertices, each pose once.
+    pub(crate) fn record_shared(
+        &self,
+        recorder: &mut StageRecorder<'_>,
+        draws: &BucketDraws,
+        count: u32,
+        with_vertices: bool,
+    ) {
+        let shared = self.shared.as_ref().expect("prepared before the frame");
+        shared.sharing.record_sort(recorder, count);
+        draws.record_arguments(recorder, count);
+        shared.sharing.record_ranges(recorder, count);
+        if with_vertices {
+            let place = &self.place_buckets.0;
+            recorder.stage("place_buckets", |pass| place.record(pass, &shared.place_buckets));
+        }
+        draws.record_drawn(recorder, count);
+        shared.sharing.record_followers(recorder, count);
+        let (blend, blend_bound) = &self.blend_palettes;
+        recorder.stage("blend_palettes", |pass| blend.record(pass, blend_bound, count, self.palette_rows));
+        if with_vertices {
+            let skin = &self.skin_vertices.0;
+            recorder.stage("skin_vertices", |pass| skin.record_leaders(pass, &shared.skin_vertices, &self.dispatch));
+        }
     }
 
     /// After the draw arguments: what vertices need to know of those who are drawn, their palettes and, if asked for, their
@@ -88,6 +155,7 @@ impl PreSkinning {
         match name {
             "palettes" => Some(&self.palettes),
             "skinned" => Some(&self.skinned),
+            "leader_end" => self.shared.as_ref().map(|shared| &shared.sharing.leader_end),
             _ => None,
         }
     }

@@ -3,6 +3,7 @@
 mod borrow;
 mod reference;
 
+use super::HoldPoses;
 use super::draw_crowd::{DrawCrowd, Part};
 use super::draw_reference::DrawReference;
 use super::draw_scenery::DrawScenery;
@@ -19,8 +20,8 @@ use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
 use crate::dispatch::MAX_CASCADES;
 use crate::{
-    CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceRecord, Result,
-    SceneryVertex, Skinning, Technique, Weight, fit_cascades, shadow_side,
+    CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceBase, InstanceRecord,
+    Result, SceneryVertex, Skinning, Technique, Weight, fit_cascades, shadow_side,
 };
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
@@ -28,9 +29,10 @@ use std::time::{Duration, Instant};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
-pub const STAGES: [&str; 29] = [
+pub const STAGES: [&str; 33] = [
     "admit_instances",
     "play_motion",
+    "hold_poses",
     "cull_instances",
     "sum_weights",
     "fill_budget",
@@ -41,8 +43,11 @@ pub const STAGES: [&str; 29] = [
     "reform_triangles",
     "write_draw_args",
     "key_instances",
+    "key_poses",
     "sort_instances",
+    "find_leaders",
     "write_bucket_args",
+    "share_poses",
     "place_buckets",
     "gather_drawn",
     "blend_palettes",
@@ -102,6 +107,10 @@ pub struct CrowdRenderer {
     reference: Option<DrawReference>,
     /// Schedules of the instances, where they go by any.
     motion: Option<Motion>,
+    /// Set up when poses are first held.
+    hold: Option<(HoldPoses, wgpu::BindGroup)>,
+    /// The instances may have poses that are held.
+    holds: bool,
     /// Without shadows.
     unshaded: Light,
     bounds: CrowdBounds,
@@ -155,6 +164,8 @@ impl CrowdRenderer {
             shadows: None,
             reference: None,
             motion: None,
+            hold: None,
+            holds: false,
             bounds: CrowdBounds::default(),
             draw,
             scenery: None,
@@ -378,6 +389,9 @@ impl CrowdRenderer {
         if options.shadows > 0 {
             self.fit_shadows(device, queue, shadow_side(size.1))?;
         }
+        if options.holds_poses {
+            self.prepare_holding(device);
+        }
         let (config, draw_config) = self.write_uniforms(queue, size, config, &options);
         let painter = self.painters[options.technique.number()].as_ref().expect("prepared above");
         if !painter.is_ready() {
@@ -400,6 +414,11 @@ impl CrowdRenderer {
         }
         if let Some(motion) = &self.motion {
             recorder.stage("play_motion", |pass| motion.record(pass, config.instance_count));
+        }
+        // Once more after they were held last: then nobody is held any more.
+        if let Some((stage, bound)) = self.hold.as_ref().filter(|_| options.holds_poses || self.holds) {
+            recorder.stage("hold_poses", |pass| stage.record(pass, bound, config.instance_count));
+            self.holds = options.holds_poses;
         }
         let holds_frame = &mut self.holds_frame[options.technique.number()];
         if options.frozen && *holds_frame {
@@ -467,6 +486,17 @@ impl CrowdRenderer {
         (config, draw_config)
     }
 
+    /// Sets up the stage that holds poses, unless it is.
+    fn prepare_holding(&mut self, device: &wgpu::Device) {
+        if self.hold.is_some() {
+            return;
+        }
+        let stage = HoldPoses::new(device);
+        let (config, crowd) = (&self.frame.config, &self.crowd);
+        let bound = stage.bind(device, config, &crowd.clips, &crowd.clip_speeds, &self.frame.instances);
+        self.hold = Some((stage, bound));
+    }
+
     /// Sets up shadow maps of that side, unless they are.
     fn fit_shadows(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, side: u32) -> Result<()> {
         if self.shadows.as_ref().is_some_and(|shadows| shadows.side == side) {
@@ -504,11 +534,13 @@ impl CrowdRenderer {
         let way = self.trial.way(options.skinning);
         // Once: whoever asks for another way by name afterwards keeps what that needs.
         let is_over = options.skinning == Skinning::Auto && self.trial.take_end();
+        let shares = options.shares_poses();
         let mut up = Uploader { device, queue, bytes: 0 };
         let Self { crowd, frame, draw, options, painters, .. } = self;
         let painter = painters[Technique::Bucketed.number()].as_mut().expect("prepared by the caller");
         if way != Skinning::Vertex {
-            let prepared = painter.prepare_skinning(Workshop { up: &mut up, crowd, frame, draw, options });
+            let workshop = Workshop { up: &mut up, crowd, frame, draw, options };
+            let prepared = painter.prepare_skinning(workshop, shares);
             if let Err(error) = prepared {
                 self.trial.refuse(&error);
                 return Skinning::Vertex;
@@ -523,6 +555,15 @@ impl CrowdRenderer {
         way
     }
 
+    /// How many palettes the newest frame of [`Technique::Bucketed`] had to blend, and instances' vertices to skin, where poses are shared:
+    /// one for each pose that somebody is in. Waits. `None` where they never were.
+    pub fn shared_poses(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Option<u32>> {
+        let Some(end) = self.buffer(Technique::Bucketed, "leader_end") else { return Ok(None) };
+        let encoder = device.create_command_encoder(&Default::default());
+        let read: Vec<InstanceBase> = read_back::read_now(device, queue, encoder, end, 1)?;
+        Ok(read.first().map(|end| end.vertex_base))
+    }
+
     /// Where the vertices of [`Technique::Bucketed`] are worked out, when `asked` is asked for, and why there.
     pub fn skinning(&self, asked: Skinning) -> SkinningChoice {
         self.trial.choice(asked)
@@ -534,7 +575,8 @@ impl CrowdRenderer {
         let morphs = options.morphs() && config.weight != Weight::Error as u32;
         let has_dots = options.has_dots() && config.weight != Weight::Error as u32;
         let dot_area_px2 = if has_dots { config.dot_area_px2 } else { 0.0 };
-        FrameConfig { instance_count, morph: morphs.into(), dot_area_px2, ..*config }
+        let [hold_far_m, hold_px] = if options.holds_poses { [config.hold_far_m, config.hold_px] } else { [0.0; 2] };
+        FrameConfig { instance_count, morph: morphs.into(), dot_area_px2, hold_far_m, hold_px, ..*config }
     }
 
     /// Totals of the newest finished frame, without waiting (`wait`: until the last submitted one is done).

@@ -18,11 +18,13 @@ impl SkinVertices {
 
     /// Compiles the stage.
     pub fn new(device: &wgpu::Device) -> Self {
-        let uses = [Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Read, Use::Read, Use::Write];
-        Self { kernel: Kernel::new(device, "skin_vertices", Self::source(), &["skin_vertices"], &uses) }
+        let [r, w] = [Use::Read, Use::Write];
+        let uses = [Use::Uniform, r, r, r, r, r, w, r];
+        let entry_points = ["skin_vertices", "skin_leaders"];
+        Self { kernel: Kernel::new(device, "skin_vertices", Self::source(), &entry_points, &uses) }
     }
 
-    /// Binds the buffers of the shader's bindings, in their order.
+    /// Binds the buffers of the shader's bindings, in their order. `leaders`: of `share_poses`; `None` where poses are not shared.
     pub fn bind(
         &self,
         device: &wgpu::Device,
@@ -33,12 +35,20 @@ impl SkinVertices {
         origins: &wgpu::Buffer,
         palettes: &wgpu::Buffer,
         skinned: &wgpu::Buffer,
+        leaders: Option<&wgpu::Buffer>,
     ) -> wgpu::BindGroup {
-        self.kernel.bind(device, &[bucket_counts, places, drawn, vertices, origins, palettes, skinned])
+        // Something has to be bound.
+        let leaders = leaders.unwrap_or(places);
+        self.kernel.bind(device, &[bucket_counts, places, drawn, vertices, origins, palettes, skinned, leaders])
     }
 
     /// Records the dispatch of the groups that `place_buckets` wrote.
     pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, dispatch: &wgpu::Buffer) {
         self.kernel.dispatch_indirect(pass, 0, bound, dispatch);
+    }
+
+    /// The same where poses are shared: vertices of leaders.
+    pub fn record_leaders(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, dispatch: &wgpu::Buffer) {
+        self.kernel.dispatch_indirect(pass, 1, bound, dispatch);
     }
 }

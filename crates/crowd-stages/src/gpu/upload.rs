@@ -5,8 +5,8 @@ use super::allocate::{buffer_or_error, texture_or_error};
 use crate::dispatch::BLOCK_SIZE;
 use crate::{
     BucketCounts, BucketRecord, Buckets, CrowdData, CullRecord, DiscreteConfig, DrawConfig, Error, FillState,
-    FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, MOST_POINTS, PointRecord, Result, WeightSums,
-    discrete_config, dot_corners, surface_points,
+    FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice, MOST_POINTS, PointRecord, PoseCounts, Result,
+    WeightSums, discrete_config, dot_corners, surface_points,
 };
 use crowd_pack::Texel;
 use std::mem::size_of;
@@ -208,6 +208,10 @@ pub(crate) struct CrowdBuffers {
     pub(crate) tables: LevelTables,
     pub(crate) points: PointTables,
     pub(crate) clips: wgpu::Buffer,
+    /// How fast each is; beyond all measure where nobody has measured it.
+    pub(crate) clip_speeds: wgpu::Buffer,
+    /// Numbers of poses; `None` where they do not fit.
+    pub(crate) poses: Option<(PoseCounts, Vec<u32>)>,
     pub(crate) materials: wgpu::Buffer,
     pub(crate) animation: wgpu::TextureView,
     /// How joints are stored: the shaders' constant of that name.
@@ -220,6 +224,8 @@ impl CrowdBuffers {
         let fewer = "put fewer characters into one pack";
         let buckets = Buckets::of(data)?;
         let quantized_lods = buckets.quantized_lods(data);
+        let unknown = || vec![f32::MAX; data.clips.len()];
+        let clip_speeds = if data.clip_speeds.is_empty() { unknown() } else { data.clip_speeds.clone() };
         Ok(Self {
             characters: up.filled("characters", &data.characters, Usage::STORAGE, fewer)?,
             vertices: up.filled("bytes of vertices", &data.vertices, Usage::STORAGE | Usage::VERTEX, fewer)?,
@@ -236,6 +242,8 @@ impl CrowdBuffers {
             error_lods: up.filled("bytes of the error tables", &buckets.error_lods(), Usage::STORAGE, fewer)?,
             tables: LevelTables::new(up, data, &buckets)?,
             points: PointTables::new(data)?,
+            clip_speeds: up.filled("speeds of clips", &clip_speeds, Usage::STORAGE, fewer)?,
+            poses: PoseCounts::of(data, &buckets),
             clips: up.filled("bytes of clips", &data.clips, Usage::STORAGE, fewer)?,
             materials: up.filled("bytes of materials", &data.materials, Usage::STORAGE, fewer)?,
             animation: up.animation_texture(&data.animation)?,

@@ -32,12 +32,12 @@ pub struct FrameConfig {
     /// Projected area of the bounding sphere, px², below which [`crate::Technique::Bucketed`] may draw dots instead of the
     /// coarsest mesh ([`dot_area_px2`]); 0: never.
     pub dot_area_px2: f32,
+    /// Where poses are held: metres from which they change four times a second; 0: `hold_px` says.
+    pub hold_far_m: f32,
+    /// Where poses are held: pixels by which a point of them may be late; 0 with `hold_far_m` 0: none is held.
+    pub hold_px: f32,
     /// Zero.
-    pub reserved_a: u32,
-    /// Zero.
-    pub reserved_b: u32,
-    /// Zero.
-    pub reserved_c: u32,
+    pub reserved: u32,
 }
 
 impl FrameConfig {
@@ -62,9 +62,9 @@ impl FrameConfig {
             morph: 0,
             lod_depths_m: LOD_HEIGHTS_PX.map(|height_px| 1.8 * focal_px / height_px),
             dot_area_px2: 0.0,
-            reserved_a: 0,
-            reserved_b: 0,
-            reserved_c: 0,
+            hold_far_m: 0.0,
+            hold_px: 0.0,
+            reserved: 0,
         }
     }
 }

@@ -55,3 +55,17 @@ pub struct MotionRecord {
     /// Seconds by which it is ahead.
     pub ahead_s: f32,
 }
+
+/// How poses are numbered in keys, a uniform of 16 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct PoseCounts {
+    /// Bits of a key that say the pose; those above say the bucket.
+    pub pose_bits: u32,
+    /// All of these bits: a pose that nobody shares.
+    pub own_pose: u32,
+    /// Buckets; also the bucket of instances in none.
+    pub bucket_count: u32,
+    /// Those of meshes, which come first.
+    pub mesh_count: u32,
+}

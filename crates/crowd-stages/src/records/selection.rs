@@ -28,8 +28,8 @@ pub struct InstanceRecord {
     pub leaving_phase_s: f32,
     /// Share of the clip it leaves, 0 to 1; 0: it plays one clip alone.
     pub leaving_share: f32,
-    /// Zero.
-    pub reserved: u32,
+    /// How long ago its pose is of, seconds: both clips are shown as they were then.
+    pub held_s: f32,
 }
 
 impl InstanceRecord {

@@ -34,6 +34,10 @@ pub enum Quantity {
     VertexRuns,
     /// The same for each triangle.
     RunsPerTriangle,
+    /// Poses worked out for the last frame.
+    Poses,
+    /// The same for each visible instance.
+    PoseShare,
     /// Difference of the last frame to full detail.
     Image,
     /// What changes in the picture by levels alone.
@@ -45,7 +49,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    const NAMES: [(&'static str, Self); 17] = [
+    const NAMES: [(&'static str, Self); 19] = [
         ("frame_ms", Self::Frame),
         ("frame_p95_ms", Self::FrameP95),
         ("gpu_ms", Self::Gpu),
@@ -59,6 +63,8 @@ impl Quantity {
         ("draws", Self::Draws),
         ("vertex_runs", Self::VertexRuns),
         ("runs_per_triangle", Self::RunsPerTriangle),
+        ("poses", Self::Poses),
+        ("pose_share", Self::PoseShare),
         ("image_rmse", Self::Image),
         ("pop_rmse", Self::Pop),
         ("pop_px", Self::PopPx),
@@ -81,6 +87,8 @@ impl Quantity {
             Self::Draws => Some(row.draws.into()),
             Self::VertexRuns => row.vertex_runs.map(|runs| runs as f64),
             Self::RunsPerTriangle => row.runs_per_triangle.map(f64::from),
+            Self::Poses => row.poses.map(f64::from),
+            Self::PoseShare => row.poses.map(|poses| f64::from(poses) / f64::from(row.visible.max(1))),
             Self::Image => row.image_rmse.map(f64::from),
             Self::Pop => row.pop_rmse.map(f64::from),
             Self::PopPx => row.pop_px.map(f64::from),

@@ -19,7 +19,17 @@ use std::borrow::Cow;
 use std::time::Instant;
 
 /// The stages that are not level of detail: deforming and drawing, which Peng 2011 (§6) counts as rendering.
-const RENDERING: [&str; 5] = ["draw", "shadows", "play_motion", "blend_palettes", "skin_vertices"];
+const RENDERING: [&str; 9] = [
+    "draw",
+    "shadows",
+    "play_motion",
+    "hold_poses",
+    "key_poses",
+    "find_leaders",
+    "share_poses",
+    "blend_palettes",
+    "skin_vertices",
+];
 
 /// Triangles at full detail up to which pictures are compared: three minutes on software Vulkan.
 const MOST_PICTURED: u64 = 1_000_000_000;
@@ -79,6 +89,7 @@ struct Contender {
     frames: Vec<Frame>,
     last: FrameTotals,
     vertex_runs: Option<u64>,
+    poses: Option<u32>,
     overflow: u32,
     skinning: &'static str,
 }
@@ -101,6 +112,7 @@ fn measure_count(
         frames: Vec::new(),
         last: FrameTotals::default(),
         vertex_runs: None,
+        poses: None,
         overflow: 0,
         skinning: Skinning::Vertex.name(),
     };
@@ -147,6 +159,7 @@ fn measure_count(
             }
             contender.last = totals;
             contender.vertex_runs = backend.vertex_runs();
+            contender.poses = if options.shares_poses() { backend.shared_poses()? } else { None };
             if options.technique == Technique::Bucketed {
                 contender.skinning = backend.skinning(options).way.name();
             }
@@ -274,6 +287,7 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
         triangles: contender.last.triangle_count,
         draws: contender.last.draw_count,
         vertex_runs: contender.vertex_runs,
+        poses: contender.poses,
         runs_per_triangle: contender
             .vertex_runs
             .filter(|_| contender.last.triangle_count > 0)

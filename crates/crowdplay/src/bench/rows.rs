@@ -93,6 +93,8 @@ pub struct Row {
     pub pop_px: Option<f32>,
     /// Share of those that move farther than a quarter of a pixel.
     pub pop_far_share: Option<f32>,
+    /// Poses that were worked out for the last frame's visible instances, where they are shared.
+    pub poses: Option<u32>,
     /// What did not fit in some frame.
     pub overflow: Vec<&'static str>,
 }
@@ -114,7 +116,7 @@ pub struct Judged {
 
 /// Columns of the table for spreadsheets.
 const COLUMNS: &str = "adapter,driver,device_type,pack,width,height,samples,rounds,count,technique,skinning,budget,frame_ms_median,frame_ms_p95,\
-frame_ratio,simulate_ms,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,image_rmse,pop_rmse,pop_p999,pop_px,pop_far_share,overflow,features";
+frame_ratio,simulate_ms,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,image_rmse,pop_rmse,pop_p999,pop_px,pop_far_share,poses,overflow,features";
 
 impl BenchReport {
     /// Comma-separated values with a header; text with quotes around it.
@@ -143,7 +145,7 @@ impl BenchReport {
             } = row;
             let _ = writeln!(
                 csv,
-                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{},{},{},{},{}",
+                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{},{},{},{},{},{}",
                 self.samples,
                 self.rounds,
                 frame_ms.median,
@@ -161,6 +163,7 @@ impl BenchReport {
                 optional(row.pop_p999),
                 optional(row.pop_px),
                 optional(row.pop_far_share),
+                row.poses.map(|poses| poses.to_string()).unwrap_or_default(),
                 quoted(&row.overflow.join(" ")),
                 quoted(&self.features.join(" ")),
             );
@@ -182,9 +185,10 @@ impl BenchReport {
         out.push_str("| instances | N | technique | frame ms | p95 | ratio | simulate | LOD ms | LOD % | visible | hidden | triangles | vertices | draws | runs a triangle | image | pop | pop px |\n");
         out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
         for row in &self.rows {
+            let poses = row.poses.map(|poses| format!(", {poses} poses")).unwrap_or_default();
             let _ = writeln!(
                 out,
-                "| {} | {} | {} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+                "| {} | {} | {}{poses} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
                 row.count,
                 row.budget,
                 row.technique,

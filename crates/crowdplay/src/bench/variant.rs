@@ -20,6 +20,10 @@ pub struct Variant {
     pub jumps: bool,
     /// Everyone is halfway from one clip to another, in every frame.
     pub fades: bool,
+    /// Poses of far ones are held.
+    pub rates: bool,
+    /// The same, and those in one pose share it.
+    pub shares: bool,
 }
 
 /// Shadow maps of a variant with shadows.
@@ -34,6 +38,8 @@ impl Variant {
             skinning: self.skinning.unwrap_or(draw.skinning),
             shadows: if self.shadows { SHADOW_MAPS } else { draw.shadows },
             no_morph: self.jumps || draw.no_morph,
+            holds_poses: self.rates || self.shares || draw.holds_poses,
+            share_poses: self.shares || draw.share_poses,
             ..draw
         }
     }
@@ -41,7 +47,16 @@ impl Variant {
 
 impl From<Technique> for Variant {
     fn from(technique: Technique) -> Self {
-        Self { technique, occlusion: false, jumps: false, skinning: None, shadows: false, fades: false }
+        Self {
+            technique,
+            occlusion: false,
+            jumps: false,
+            skinning: None,
+            shadows: false,
+            fades: false,
+            rates: false,
+            shares: false,
+        }
     }
 }
 
@@ -52,7 +67,9 @@ impl fmt::Display for Variant {
         let skinning = self.skinning.map(|way| format!("+{}", way.name())).unwrap_or_default();
         let shadows = if self.shadows { "+shadows" } else { "" };
         let fades = if self.fades { "+fades" } else { "" };
-        f.pad(&format!("{}{occlusion}{jumps}{skinning}{shadows}{fades}", self.technique))
+        let rates = if self.rates { "+rates" } else { "" };
+        let shares = if self.shares { "+share" } else { "" };
+        f.pad(&format!("{}{occlusion}{jumps}{skinning}{shadows}{fades}{rates}{shares}", self.technique))
     }
 }
 
@@ -71,13 +88,18 @@ impl FromStr for Variant {
                 None if is_bucketed && part == "jumps" => variant.jumps = true,
                 None if part == "shadows" => variant.shadows = true,
                 None if part == "fades" => variant.fades = true,
+                None if part == "rates" => variant.rates = true,
+                None if is_bucketed && part == "share" => variant.shares = true,
                 _ => {
                     let ways = Skinning::WAYS.map(Skinning::name).join(", ");
                     return Err(format!(
-                        "found {text:?}, allowed after bucketed+: occlusion, jumps, shadows, fades and one of {ways}; after others +shadows and +fades"
+                        "found {text:?}, allowed after bucketed+: occlusion, jumps, shadows, fades, rates, share and one of {ways}; after others +shadows, +fades and +rates"
                     ));
                 }
             }
+        }
+        if variant.shares && !matches!(variant.skinning, Some(Skinning::Palettes | Skinning::Compute)) {
+            return Err(format!("found {text:?}, allowed +share after bucketed+compute or bucketed+palettes"));
         }
         Ok(variant)
     }
@@ -92,6 +114,16 @@ pub fn variants() -> impl TypedValueParser<Value = Variant> {
         bucketed("bucketed+shadows", "The same with four shadow maps of the sun"),
         bucketed("bucketed+occlusion+shadows", "Both"),
         bucketed("bucketed+jumps", "The same with levels that change at once"),
+        bucketed(
+            "bucketed+rates",
+            "The same with poses of far ones held for a while (--pose-rates, or within a pixel)",
+        ),
+        bucketed(
+            "bucketed+compute+share",
+            "Skinned by a compute stage, each pose that is held once for all who are in it",
+        ),
+        bucketed("bucketed+palettes+share", "The same of palettes"),
+        bucketed("bucketed+compute+rates", "Skinned by a compute stage, poses of far ones held"),
         bucketed("bucketed+fades", "The same with everyone halfway from one clip to another"),
         bucketed("bucketed+vertex+fades", "The same, skinned by the vertex shader"),
         bucketed("bucketed+palettes+fades", "The same, skinned from palettes"),
@@ -119,6 +151,8 @@ mod tests {
             "bucketed+jumps",
             "bucketed+palettes+fades",
             "reform+fades",
+            "bucketed+compute+rates",
+            "bucketed+compute+share",
         ] {
             assert_eq!(name.parse::<Variant>().unwrap().to_string(), name);
         }
@@ -128,9 +162,17 @@ mod tests {
         assert_eq!([way("bucketed"), way("bucketed+palettes")], [Skinning::Auto, Skinning::Palettes]);
         assert!(!"bucketed+jumps".parse::<Variant>().unwrap().options(draw).morphs());
         assert!(!"bucketed".parse::<Variant>().unwrap().options(draw).occludes());
-        for name in
-            ["", "b9", "reform+occlusion", "bucketed+speed", "bucketed+", "b3+compute", "bucketed+vertex+compute"]
-        {
+        for name in [
+            "",
+            "b9",
+            "bucketed+share",
+            "reform+share",
+            "reform+occlusion",
+            "bucketed+speed",
+            "bucketed+",
+            "b3+compute",
+            "bucketed+vertex+compute",
+        ] {
             assert!(name.parse::<Variant>().is_err(), "{name}");
         }
     }

@@ -28,7 +28,7 @@ Examples:
 
 Conditions: [QUANTITY:]A/B OP NUMBER, or [QUANTITY:]A OP NUMBER; A and B are techniques of --ab, OP is <=, <, >= or >. They must hold at
 every count and budget. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything but skinning and drawing), lod_share (its
-part of gpu_ms), draw_ms, shadows_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, image_rmse (to
+part of gpu_ms), draw_ms, shadows_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, poses (worked out, where they are shared), pose_share (of visible), image_rmse (to
 full detail), pop_rmse, pop_px, pop_energy (of --pops; the last is pop_px squared).
 
 Exit codes: those of the player, and 4 when a condition does not hold.";
@@ -177,7 +177,12 @@ fn decide(args: &Args, words: BenchWords, typed: String) -> Result<Asked> {
         }
     }
     let counts = if words.counts.is_empty() { vec![args.flock.unwrap_or(args.count)] } else { words.counts.clone() };
-    let plan = plan::plan(args)?;
+    let mut plan = plan::plan(args)?;
+    if words.ab.iter().any(|variant| variant.rates || variant.shares) {
+        // Then --pose-rates says how long those hold poses, not that everyone does.
+        plan.crowd.measures_speeds = true;
+        plan.detail.draw.holds_poses = false;
+    }
     let budgets = match &words.budgets[..] {
         [] => vec![plan.detail.budget],
         all => all.iter().copied().map(Some).collect(),

@@ -43,12 +43,18 @@ impl Bucketed {
 }
 
 impl Painter for Bucketed {
-    fn prepare_skinning(&mut self, workshop: Workshop<'_, '_>) -> Result<()> {
-        if self.beforehand.is_some() {
-            return Ok(());
-        }
+    fn prepare_skinning(&mut self, workshop: Workshop<'_, '_>, shares: bool) -> Result<()> {
         let Workshop { up, crowd, frame, draw, options } = workshop;
-        let skinning = PreSkinning::new(up, crowd, frame, options, &self.draws)?;
+        if let Some(beforehand) = &mut self.beforehand {
+            return match shares {
+                true => beforehand.skinning.prepare_sharing(up, crowd, frame, options.max_instances, &self.draws),
+                false => Ok(()),
+            };
+        }
+        let mut skinning = PreSkinning::new(up, crowd, frame, options, &self.draws)?;
+        if shares {
+            skinning.prepare_sharing(up, crowd, frame, options.max_instances, &self.draws)?;
+        }
         let palettes = [("HAS_PALETTES", 1.0)];
         self.beforehand = Some(Beforehand {
             from_palettes: draw.pipeline_of("bucketed", &BucketDraws::INPUTS, &palettes),
@@ -75,6 +81,11 @@ impl Painter for Bucketed {
     fn record_again(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
         let count = context.config.instance_count;
         self.draws.record_keys(recorder, count);
+        if let Some(beforehand) = self.beforehand(context).filter(|_| context.options.shares_poses()) {
+            let with_vertices = context.skinning == Skinning::Compute;
+            beforehand.skinning.record_shared(recorder, &self.draws, count, with_vertices);
+            return;
+        }
         self.draws.record_sort(recorder, count);
         self.record_frozen(recorder, context);
     }
