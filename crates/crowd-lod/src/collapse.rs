@@ -16,6 +16,7 @@ use crate::quadrics::Quadrics;
 use crate::split_seams::SplitMesh;
 use crate::symmetry::NO_PARTNER;
 use crate::topology::{Spoke, Topology};
+use crate::volumes::Volumes;
 use crate::{Blocked, Criteria, Obstacle};
 use rayon::prelude::*;
 use std::cmp::Reverse;
@@ -96,6 +97,7 @@ pub(crate) fn collapse_edges(
         rules,
         references,
         lost,
+        volumes: Volumes::new(position_count),
         known_costs: vec![Vec::new(); position_count],
         stamps: vec![0; position_count],
         queued: vec![None; position_count],
@@ -127,6 +129,8 @@ struct Run<'a> {
     references: Vec<u32>,
     /// For each position, what it would cost if all that it stands for vanished: area times squared distance to what lies behind.
     lost: Vec<f32>,
+    /// What the surroundings of each position have gained or lost by now.
+    volumes: Volumes,
     /// For each position, move costs already computed since its quadric last grew.
     known_costs: Vec<Vec<(u32, f32)>>,
     /// For each position, the number of its current queue entry.
@@ -189,11 +193,12 @@ impl Run<'_> {
                 continue;
             }
             let fresh = grown == self.grown[t as usize];
-            if fresh && self.still_costs(u, t, f32::from_bits(rank), &mut scratch) {
+            if fresh && self.still_costs(u, t, self.charge_volume(u, t), f32::from_bits(rank), &mut scratch) {
                 self.collapse_and_look_around(u, t, &mut scratch, &mut ring);
                 let (u, t) = (self.surface.partners[u as usize], self.surface.partners[t as usize]);
+                // Not asked for its volume: of two that go to one target, the second takes from what the first has taken.
                 let alike = u != NO_PARTNER && t != NO_PARTNER && self.rules.may_move(self.surface.topology, u);
-                if alike && self.still_costs(u, t, f32::from_bits(rank) * MIRROR_SLACK, &mut scratch) {
+                if alike && self.still_costs(u, t, 0.0, f32::from_bits(rank) * MIRROR_SLACK, &mut scratch) {
                     self.collapse_and_look_around(u, t, &mut scratch, &mut ring);
                 }
                 if self.steps.costs.len().is_multiple_of(PROGRESS_STEPS) {
@@ -215,9 +220,10 @@ impl Run<'_> {
         }
     }
 
-    /// Whether a collapse is still there and allowed, and no dearer than when it was queued. Leaves the spokes of `u`, the triangles on the
+    /// Whether a collapse is still there and allowed, and no dearer than when it was queued. `volume`: what it is charged for
+    /// that. Leaves the spokes of `u`, the triangles on the
     /// edge and the images in `scratch`.
-    fn still_costs(&self, u: u32, t: u32, rank: f32, scratch: &mut Scratch) -> bool {
+    fn still_costs(&self, u: u32, t: u32, volume: f32, rank: f32, scratch: &mut Scratch) -> bool {
         let Scratch { spokes, on_edge, moved } = scratch;
         self.surface.topology.spokes(u, spokes);
         let Some(edge) = spokes.iter().find(|s| s.to == t) else { return false };
@@ -226,7 +232,7 @@ impl Run<'_> {
         self.find_images(u, t, on_edge, moved);
         let now = self.shown_rank(self.shape_rank(u, t, move_cost), moved);
         match self.allow(u, spokes, edge, on_edge, moved) {
-            Ok(extra) => now + extra <= rank * STILL_SAME,
+            Ok(extra) => now + extra + volume <= rank * STILL_SAME,
             Err(_) => false,
         }
     }
@@ -263,7 +269,7 @@ impl Run<'_> {
         }
         self.surface.topology.spokes(p, spokes);
         let edge = spokes.iter().find(|s| s.to == t)?;
-        let rank = rank + self.allow(p, spokes, edge, on_edge, moved).ok()?;
+        let rank = rank + self.allow(p, spokes, edge, on_edge, moved).ok()? + self.charge_volume(p, t);
         (rank < limit).then_some(Choice { rank, target: t })
     }
 
@@ -315,7 +321,7 @@ impl Run<'_> {
                 continue;
             }
             if let Ok(extra) = self.allow(p, spokes, edge, on_edge, moved) {
-                let choice = Choice { rank: rank + extra, target: edge.to };
+                let choice = Choice { rank: rank + extra + self.charge_volume(p, edge.to), target: edge.to };
                 if best.is_none_or(|b| choice.rank < b.rank) {
                     best = Some(choice);
                 }
@@ -366,7 +372,7 @@ impl Run<'_> {
         if rank.is_nan() { f32::INFINITY } else { rank.max(0.0) }
     }
 
-    /// Whether the rules allow a collapse, and what they charge for it.
+    /// Whether the rules allow a collapse, and what they charge for it, but for the volume.
     fn allow(&self, u: u32, spokes: &[Spoke], edge: &Spoke, on_edge: &[u32], moved: &[Moved]) -> Result<f32, Obstacle> {
         let Surface { split, topology, .. } = &self.surface;
         match self.rules.criteria() {
@@ -376,6 +382,15 @@ impl Run<'_> {
                 let pressed = self.surface.gaps.charge(topology, u, edge.to);
                 Ok(turned + pressed + self.charge_lost(u, edge.to, on_edge)?.cost)
             }
+        }
+    }
+
+    /// What it costs that the surface then encloses more or less.
+    fn charge_volume(&self, u: u32, t: u32) -> f32 {
+        let Surface { topology, quadrics, .. } = &self.surface;
+        match self.rules.criteria() {
+            Criteria::Wedge => self.volumes.charge(topology, self.rules, quadrics, u, t),
+            Criteria::Peng2011 => 0.0,
         }
     }
 
@@ -428,6 +443,7 @@ impl Run<'_> {
         self.steps.costs.push(self.mean_cost(u, t, move_cost, dying));
 
         self.surface.gaps.follow(self.surface.topology, u, t);
+        self.volumes.follow(self.surface.topology, self.rules, u, t);
         let images = self.settle_images(t, moved);
         let topology = &mut *self.surface.topology;
         let moving: Vec<u32> = topology.around(u).filter(|i| !dying.contains(i)).collect();
@@ -465,6 +481,7 @@ impl Run<'_> {
                 let move_cost = self.surface.quadrics.move_cost(c, t);
                 self.surface.quadrics.merge(c, t, move_cost);
                 self.lost[t as usize] += self.lost[c as usize];
+                self.volumes.inherit(c, t);
                 self.stamps[c as usize] += 1;
             }
         }

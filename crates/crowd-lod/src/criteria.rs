@@ -3,7 +3,7 @@
 use crate::behind::diagonal;
 use crate::find_images::{Image, Moved};
 use crate::frames::draw_evenly;
-use crate::quadrics::{dot, pose_position};
+use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::split_seams::SplitMesh;
 use crate::topology::{Spoke, Topology};
 use crate::{Criteria, LodMesh, LodPoses, Obstacle, VertexClass};
@@ -126,6 +126,13 @@ impl Rules {
         let [a, b] = [t, u].map(|p| self.posed[p as usize].map(|c| c[0]));
         let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
         dot(d, d)
+    }
+
+    /// Signed volume of the tetrahedron over a triangle in bind pose, m³: positive for a tip before its front.
+    pub fn bind_volume(&self, triangle: [u32; 3], tip: u32) -> f32 {
+        let at = |p: u32| self.posed[p as usize].map(|c| c[0]);
+        let [a, b, c] = triangle.map(at);
+        dot(cross(sub(b, a), sub(c, a)), sub(at(tip), a)) / 6.0
     }
 
     /// Whether `u` may collapse onto the other end of `edge`, which is one of `u`'s `spokes`.

@@ -6,7 +6,7 @@
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
 //!
 //! One module a step: `split_seams` (with `separate_layers` and `duplicate_triangles`), `classify`, `frames` (with `align`),
-//! `quadrics`, `attributes`, `behind`, `criteria`, `layer_gaps`, `symmetry`, `collapse` (on a `topology`, with `find_images`),
+//! `quadrics`, `attributes`, `behind`, `criteria`, `layer_gaps`, `volumes`, `symmetry`, `collapse` (on a `topology`, with `find_images`),
 //! `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `choose_levels`, `worst_frames`, `measure_surfaces`,
 //! `interpenetration`.
 
@@ -46,6 +46,7 @@ mod test_meshes;
 mod topology;
 mod types;
 mod validate;
+mod volumes;
 mod worst_frames;
 
 pub use choose_levels::geometric_levels;
