@@ -93,7 +93,7 @@ pub struct Row {
     pub pop_px: Option<f32>,
     /// Share of those that move farther than a quarter of a pixel.
     pub pop_far_share: Option<f32>,
-    /// Poses that were worked out for the last frame's visible instances, where they are shared.
+    /// Poses of the last frame's visible instances, where they are shared; each dot-drawn one counts as one of its own.
     pub poses: Option<u32>,
     /// What did not fit in some frame.
     pub overflow: Vec<&'static str>,
