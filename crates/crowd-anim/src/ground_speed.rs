@@ -30,7 +30,7 @@ const AGREEING_SHARE: f32 = 1.0 / 3.0;
 /// Between two frames the planted points are those of the mesh that lie no more than 2 % of the height over the ground in both,
 /// the ground being where the lowest point is in a quarter of the frames. Their horizontal movement, root motion included, is
 /// what the feet slide by when the character stands; the third of all these movements that agree best tell the velocity: most points stand, those of a foot that
-/// swings low do not agree. Where some foot stands at all times it is then evened out, so that standing feet do not drift over a turn.
+/// swings low do not agree; or that of each step's mean, where the standing points then agree better. Where some foot stands at all times it is then evened out, so that standing feet do not drift over a turn.
 /// Less the root's own mean velocity, that is the speed of the walk: of a clip with root motion the root's, of one on the
 /// spot the ground's under the feet. 0 for what is no walk: a single pose, a clip that does not end where it began (a tenth
 /// of the height), that stands on the ground in less than three tenths of its time, whose planted points do not agree to
@@ -52,29 +52,53 @@ pub fn ground_speed(
 /// The velocity along x and z with which the character must move over the ground, the root's own included: see [`ground_speed`]. `None` for
 /// what is no walk.
 pub(crate) fn walking_velocity(soles: &Soles, clip: &SampledClip) -> Option<[f32; 2]> {
-    let mut velocities: [Vec<f32>; 2] = [Vec::new(), Vec::new()];
-    let mut planted_steps = 0_u32;
+    // Of each point, and of each step's mean: feet that swing low spoil means, feet that roll spoil points.
+    let (mut of_points, mut of_steps) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
     for pair in soles.paths.windows(2) {
-        let before = velocities[0].len();
+        let (mut sum, mut count) = ([0.0_f32; 2], 0.0_f32);
         for (before, after) in pair[0].iter().zip(&pair[1]) {
             if soles.is_planted(before) && soles.is_planted(after) {
-                velocities[0].push((after[0] - before[0]) / soles.step_s);
-                velocities[1].push((after[2] - before[2]) / soles.step_s);
+                let velocity = [after[0] - before[0], after[2] - before[2]].map(|way| way / soles.step_s);
+                of_points.iter_mut().zip(velocity).for_each(|(all, one)| all.push(one));
+                sum = [sum[0] + velocity[0], sum[1] + velocity[1]];
+                count += 1.0;
             }
         }
-        planted_steps += u32::from(velocities[0].len() > before);
+        if count > 0.0 {
+            of_steps.iter_mut().zip(sum).for_each(|(all, sum)| all.push(sum / count));
+        }
     }
-    let planted_share = planted_steps as f32 / (soles.paths.len() - 1) as f32;
+    let planted_share = of_steps[0].len() as f32 / (soles.paths.len() - 1) as f32;
     if planted_share < LEAST_PLANTED || clip.loop_gap_m > LOOP_SHARE * soles.height {
         return None;
     }
     let root = [0, 2].map(|axis| clip.root_motion.displacement_m[axis] / clip.duration_s);
-    let [(x, spread_x), (z, spread_z)] = velocities.map(most_agreed);
-    let over_ground = [root[0] - x, root[1] - z];
-    let speed = speed_of(over_ground);
-    let agree = spread_x.max(spread_z) <= speed;
-    let walks = speed.is_finite() && agree && speed >= STILL_SHARE * soles.height;
-    walks.then(|| even_out(soles, over_ground, root))
+    let candidates = [of_points, of_steps].into_iter().filter_map(|velocities| {
+        let [(x, spread_x), (z, spread_z)] = velocities.map(most_agreed);
+        let over_ground = [root[0] - x, root[1] - z];
+        let speed = speed_of(over_ground);
+        let agree = spread_x.max(spread_z) <= speed;
+        let walks = speed.is_finite() && agree && speed >= STILL_SHARE * soles.height;
+        walks.then(|| even_out(soles, over_ground, root))
+    });
+    let disagreement = |&over_ground: &[f32; 2]| disagreement(soles, over_ground, root);
+    candidates.min_by(|a, b| disagreement(a).total_cmp(&disagreement(b)))
+}
+
+/// How little the points that stand agree with each other in a step, as a share of the speed, and the more the rarer anything stands.
+fn disagreement(soles: &Soles, over_ground: [f32; 2], root: [f32; 2]) -> f32 {
+    let ground = [over_ground[0] - root[0], over_ground[1] - root[1]];
+    let standing = soles.standing(ground, STANDING_SHARE * speed_of(over_ground));
+    let (mut apart, mut count, mut steps) = (0.0_f32, 0.0_f32, 0.0_f32);
+    for points in &standing {
+        let middle = [median(points, 0), median(points, 1)];
+        for (_, velocity) in points {
+            apart += speed_of([velocity[0] - middle[0], velocity[1] - middle[1]]);
+            count += 1.0;
+        }
+        steps += f32::from(u8::from(!points.is_empty()));
+    }
+    if count == 0.0 { f32::INFINITY } else { apart / count / speed_of(over_ground) * standing.len() as f32 / steps }
 }
 
 /// The velocity at which feet that always stand somewhere do not drift over a turn of the clip; as it was where somebody is in the air at times.

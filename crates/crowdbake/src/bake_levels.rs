@@ -86,11 +86,17 @@ pub fn bake_levels(mesh: &OrderedMesh, poses: &LodPoses<'_>, height_m: f32, aske
         .map(|level| LevelShape::Shared(mesh.level_triangles(level)))
         .collect();
     let mut errors = join(measure(&shapes), poke(&shapes));
-    let ratio_errors = errors.split_off(quantized.len());
+    let mut ratio_errors = errors.split_off(quantized.len());
     for finer in (1..errors.len()).rev() {
         let bound = errors[finer].surface.bound_m;
         let coarser = &mut errors[finer - 1].surface;
         coarser.bound_m = coarser.bound_m.max(bound);
+    }
+    // Nor below that of the quantised level next above: what was found there may be there still.
+    for (chosen, error) in ratios.iter().zip(&mut ratio_errors) {
+        let finer = quantized.partition_point(|level| level.triangle_count < chosen.level.triangle_count);
+        let bound = errors.get(finer).map_or(0.0, |error| error.surface.bound_m);
+        error.surface.bound_m = error.surface.bound_m.max(bound);
     }
 
     let mut discrete: Vec<(Chosen, LevelError)> = ratios.into_iter().zip(ratio_errors).collect();
