@@ -48,6 +48,11 @@ const JOINTS_F32: u32 = 0u;
 const JOINTS_F16: u32 = 1u;
 const JOINTS_QUANTIZED: u32 = 2u;
 
+const VIEW_LEVELS: u32 = 1u;
+const VIEW_DENSITY: u32 = 2u;
+const VIEW_REPRESENTATION: u32 = 3u;
+const VIEW_OCCLUSION: u32 = 4u;
+
 const MATERIAL_DOUBLE_SIDED: u32 = 1u;
 const MATERIAL_UNLIT: u32 = 2u;
 const MATERIAL_FLAT: u32 = 4u;
@@ -481,8 +486,12 @@ struct FeedState {
     refused_count: u32,
 }
 
-struct FrustumCorners {
+struct MarkConfig {
     corners: array<vec4f, 8>,
+    view: u32,
+    has_choices: u32,
+    reserved_a: u32,
+    reserved_b: u32,
 }
 
 struct DrawConfig {

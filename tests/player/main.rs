@@ -8,6 +8,7 @@ mod motion;
 mod moving;
 mod outputs;
 mod pictures;
+mod views;
 mod words;
 
 use std::path::{Path, PathBuf};

@@ -229,6 +229,7 @@ pub const ON: DrawOptions = DrawOptions {
     shadows: 0,
     holds_poses: false,
     share_poses: false,
+    view: crowd_stages::View::Shaded,
     frozen: false,
 };
 

@@ -24,7 +24,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "allocate",
         "bucket_draws",
         "draw_crowd",
-        "draw_reference",
+        "draw_marks",
         "draw_scenery",
         "feed",
         "flock",

@@ -4,7 +4,7 @@ use crate::cases::{buckets, case, data, first_difference};
 use crate::whole_chain::{OPTIONS, close_up, compare, draw, renderer};
 use crowd_stages::{
     CullRecord, DrawOptions, FillState, Fit, FrameConfig, InstanceRecord, Levels, LodChoice, MorphRecord, Skinning,
-    Technique, Weight, cpu,
+    Technique, View, Weight, cpu,
 };
 use crowd_tests::gpu::{self, Picture};
 use crowd_tests::synthetic;
@@ -21,6 +21,7 @@ const ORACLE: DrawOptions = DrawOptions {
     shadows: 0,
     holds_poses: false,
     share_poses: false,
+    view: View::Shaded,
     frozen: false,
 };
 /// Levels that change at once, as those of the oracle.

@@ -91,4 +91,4 @@ pub use data::{CrowdData, Error, Result, TextureLayer};
 pub use dots::{DOT_COUNTS, dot_corners};
 pub use points::{MOST_POINTS, POINT_COUNTS, surface_points};
 pub use records::*;
-pub use technique::{DrawOptions, Fit, Levels, Skinning, Technique};
+pub use technique::{DrawOptions, Fit, Levels, Skinning, Technique, View};

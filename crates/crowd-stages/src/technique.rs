@@ -155,6 +155,39 @@ impl Skinning {
     }
 }
 
+/// What a picture shows. All but [`Self::Shaded`] lay a coloured tag over everyone drawn; not [`Technique::PseudoInstancing`],
+/// [`Technique::Discrete`] and [`Technique::Points`], whose levels are not those of the shared selection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum View {
+    /// People as they look.
+    #[default]
+    Shaded = 0,
+    /// Their levels' vertices between a character's coarsest mesh (blue) and full detail (red), by logarithms.
+    Levels = 1,
+    /// Triangles of their levels a pixel of their bounding spheres: from a hundredth (blue) to one and more (red).
+    Density = 2,
+    /// Full detail red, meshes between green, coarsest meshes blue, dots purple.
+    Representation = 3,
+    /// With occlusion culling: in sight green, drawn but then found hidden orange, hidden and left out red.
+    Occlusion = 4,
+}
+
+impl View {
+    /// All.
+    pub const ALL: [Self; 5] = [Self::Shaded, Self::Levels, Self::Density, Self::Representation, Self::Occlusion];
+
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Shaded => "shaded",
+            Self::Levels => "levels",
+            Self::Density => "density",
+            Self::Representation => "representation",
+            Self::Occlusion => "occlusion",
+        }
+    }
+}
+
 /// A technique with its switches: what [`crate::gpu::CrowdRenderer::encode`] is told beside the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct DrawOptions {
@@ -176,6 +209,8 @@ pub struct DrawOptions {
     pub holds_poses: bool,
     /// [`Technique::Bucketed`] skins each pose that is held once, for all who are in it: see [`Self::shares_poses`].
     pub share_poses: bool,
+    /// What the picture shows, as far as the other switches allow ([`Self::shown_view`]).
+    pub view: View,
     /// Who is drawn and at which levels stays as in the technique's last frame; camera and poses go on. A frame that comes first,
     /// or after other instances, is a frame like any other; hidden ones are not left out.
     pub frozen: bool,
@@ -210,6 +245,18 @@ impl DrawOptions {
     pub fn shares_poses(&self) -> bool {
         let has_palettes = matches!(self.skinning, Skinning::Palettes | Skinning::Compute);
         self.technique == Technique::Bucketed && has_palettes && self.holds_poses && self.share_poses && !self.frozen
+    }
+
+    /// The view that is shown: shaded where the one asked for has nothing to say. Occlusion culling overwrites the levels of its first
+    /// phase, and without it nobody is hidden.
+    pub fn shown_view(&self) -> View {
+        let has_levels =
+            !matches!(self.technique, Technique::PseudoInstancing | Technique::Discrete | Technique::Points);
+        match self.view {
+            View::Occlusion if !self.occludes() => View::Shaded,
+            View::Levels | View::Density | View::Representation if self.occludes() || !has_levels => View::Shaded,
+            view => view,
+        }
     }
 
     /// Whether characters a few pixels high may be dots.

@@ -6,10 +6,10 @@ use crowd_stages::gpu::{self, ANIMATION_HEIGHT, ANIMATION_WIDTH};
 use crowd_stages::{
     BoidRecord, BoidTraits, BucketCounts, BucketPlace, BucketRange, BucketRecord, BucketSet, Capacities, Cascade,
     CascadeStep, CullRecord, DiscreteConfig, DispatchArgs, DrawArgs, DrawConfig, DrawCounts, DrawnInstance, FeedConfig,
-    FeedState, FillState, FlockConfig, FrameConfig, FrameTotals, FrustumCorners, GaitClipRecord, InstanceBase,
-    InstanceRecord, LodChoice, MorphRecord, MotionRecord, MotionSchedule, MotionStretch, MoverRecord, OriginRecord,
+    FeedState, FillState, FlockConfig, FrameConfig, FrameTotals, GaitClipRecord, InstanceBase, InstanceRecord,
+    LodChoice, MarkConfig, MorphRecord, MotionRecord, MotionSchedule, MotionStretch, MoverRecord, OriginRecord,
     PoseCounts, PyramidConfig, PyramidLevel, PyramidStep, SUN_DIRECTION, ShadowConfig, SightTally, SkinnedVertex,
-    SortPass, SortedBoid, Weight, WeightSums, dispatch, overflow, sight,
+    SortPass, SortedBoid, View, Weight, WeightSums, dispatch, overflow, sight,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};
@@ -229,7 +229,7 @@ fn rust_layouts() -> Vec<Layout> {
         layout!(MoverRecord { clips, character, scale, run_ahead_turns, reserved }),
         layout!(FeedConfig { most, character_count, reserved_a, reserved_b }),
         layout!(FeedState { count, refused_count }),
-        layout!(FrustumCorners { corners }),
+        layout!(MarkConfig { corners, view, has_choices, reserved_a, reserved_b }),
         layout!(DrawConfig { ray_x, width_px, ray_y, height_px, ray_w, layer_side }),
     ]
 }
@@ -272,7 +272,7 @@ fn sources() -> Vec<(&'static str, String)> {
         ("backdrop", gpu::backdrop_source()),
         ("crowd", gpu::crowd_source()),
         ("scenery", gpu::scenery_source()),
-        ("reference", gpu::reference_source()),
+        ("marks", gpu::marks_source()),
     ]
 }
 
@@ -386,6 +386,10 @@ fn constants_are_the_same() {
         ("JOINTS_F32", crowd_pack::JointStorage::F32.code()),
         ("JOINTS_F16", crowd_pack::JointStorage::F16.code()),
         ("JOINTS_QUANTIZED", crowd_pack::JointStorage::Quantized.code()),
+        ("VIEW_LEVELS", View::Levels as u32),
+        ("VIEW_DENSITY", View::Density as u32),
+        ("VIEW_REPRESENTATION", View::Representation as u32),
+        ("VIEW_OCCLUSION", View::Occlusion as u32),
         ("MATERIAL_DOUBLE_SIDED", material_flags::DOUBLE_SIDED),
         ("MATERIAL_UNLIT", material_flags::UNLIT),
         ("MATERIAL_FLAT", material_flags::FLAT),
@@ -451,7 +455,7 @@ fn no_shader_binds_more_storage_buffers_than_default_limits_allow() {
         // The materials of the draw are read by the fragment shader, the others by the vertex shader.
         let allowed = if name == "crowd" { 8 + 1 } else { 8 };
         assert!(storage(false) <= allowed, "{name}: {} storage buffers", storage(false));
-        let draws = ["crowd", "backdrop", "scenery", "reference"].contains(&name);
+        let draws = ["crowd", "backdrop", "scenery", "marks"].contains(&name);
         assert_eq!(storage(true) > 0, !draws, "{name}: stages write, draws do not");
     }
 }

@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Parser, ValueEnum, ValueHint};
-use crowd_stages::{Skinning, Technique};
+use crowd_stages::{Skinning, Technique, View};
 use std::path::PathBuf;
 
 /// `--dots` unless given.
@@ -228,6 +228,12 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Switch::Off, value_name = "on|off", help_heading = "Level of detail")]
     pub share_poses: Switch,
 
+    /// What the picture shows: people as they look (shaded), or tags over them: their levels between the coarsest mesh (blue) and
+    /// full detail (red), triangles a pixel (a hundredth blue, one red), the representation (full detail red, meshes green, coarsest
+    /// meshes blue, dots purple), or with --occlusion on who is in sight (green), drawn but hidden (orange), left out (red)
+    #[arg(long, value_name = "VIEW", value_parser = views(), default_value = "shaded", help_heading = "Level of detail")]
+    pub view: View,
+
     /// Who is drawn and at which levels stays as in the first frame, so that a moving camera shows what was chosen for it
     #[arg(long, help_heading = "Level of detail")]
     pub freeze: bool,
@@ -422,6 +428,12 @@ pub enum BackendWord {
 pub fn techniques() -> impl TypedValueParser<Value = Technique> {
     let value = |t: Technique| PossibleValue::new(t.name()).alias(t.short_name()).help(t.describe());
     PossibleValuesParser::new(Technique::ALL.map(value)).try_map(|name| name.parse::<Technique>())
+}
+
+/// Reads a view by its name.
+fn views() -> impl TypedValueParser<Value = View> {
+    let named = |name: String| View::ALL.into_iter().find(|view| view.name() == name).unwrap_or_default();
+    PossibleValuesParser::new(View::ALL.map(View::name)).map(named)
 }
 
 fn finite(text: &str) -> Result<f32, String> {

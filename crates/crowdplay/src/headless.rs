@@ -9,7 +9,7 @@ use crate::plan::{DetailPlan, HeadlessPlan, PictureName, Plan};
 use crate::stats::{self, Frame, Report, Timings, skinning_words};
 use crate::view::{self, Viewer, frame_config};
 use crate::{Error, Result, Talk};
-use crowd_stages::{Fit, Levels, Skinning, Weight};
+use crowd_stages::{Fit, Levels, Skinning, View, Weight};
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -42,10 +42,13 @@ pub fn render(
         Some(PictureName::Film(path)) => Some(Film::begin(path, headless.dt_s)?),
         _ => None,
     };
-    if plan.reference_camera && backend.word() == "cpu" {
-        let message = "the software rasteriser has no reference camera (--reference-camera)".to_owned();
-        talk.say(&message);
-        warnings.push(message);
+    let lacks = [
+        (plan.reference_camera, "the software rasteriser has no reference camera (--reference-camera)"),
+        (detail.draw.view != View::Shaded, "the software rasteriser shows people as they look (--view)"),
+    ];
+    for (_, message) in lacks.into_iter().filter(|(is_asked, _)| *is_asked && backend.word() == "cpu") {
+        talk.say(message);
+        warnings.push(message.to_owned());
     }
     let mut recording = None;
     for number in 0..headless.frames {

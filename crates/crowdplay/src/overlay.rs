@@ -3,7 +3,7 @@
 use crate::camera_control::{CameraControl, Mode};
 use crate::stats;
 use crowd_stages::gpu::SkinningChoice;
-use crowd_stages::{DrawOptions, Fit, FrameTotals, Levels, Skinning, Technique, Weight};
+use crowd_stages::{DrawOptions, Fit, FrameTotals, Levels, Skinning, Technique, View, Weight};
 use egui::{Color32, RichText, Sense, Slider, Stroke, Ui, pos2, vec2};
 use std::collections::VecDeque;
 
@@ -282,6 +282,13 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
         ui.checkbox(&mut knobs.draw.occlusion, "leave out whom others hide (O)")
             .on_hover_text("Two-phase occlusion culling: who was in sight first, then who comes into it");
     }
+    ui.horizontal_wrapped(|ui| {
+        ui.label("View");
+        for view in View::ALL {
+            let can_show = DrawOptions { view, ..knobs.draw }.shown_view() == view;
+            ui.add_enabled_ui(can_show, |ui| ui.selectable_value(&mut knobs.draw.view, view, view.name()));
+        }
+    });
     ui.add_enabled(knobs.can_show_reference(), egui::Checkbox::new(&mut knobs.reference, "reference camera (C)"))
         .on_hover_text("All of the crowd from outside, with this camera's frustum; who is culled is a dot")
         .on_disabled_hover_text("Not with occlusion culling, pseudo-instancing or discrete levels");

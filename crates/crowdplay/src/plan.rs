@@ -1,7 +1,11 @@
 //! What the command line means: one plan, all defaults decided, no file opened yet.
 
-use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, PoseRates, SkinningWord, Switch, WeightWord};
+mod contradictions;
+mod seen_from;
+
+use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, PoseRates, Switch, WeightWord};
 use crate::{Error, Result};
+use contradictions::{check_occlusion, check_reference, check_sharing, check_simulator, check_skinning, check_view};
 use crowd_scene::Layout;
 use crowd_stages::{DrawOptions, Fit, Levels, Technique, Weight};
 use std::path::{Path, PathBuf};
@@ -376,6 +380,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
     check_skinning(args)?;
     check_simulator(args)?;
     check_reference(args)?;
+    check_view(args)?;
     if args.shadows > 0 && args.backend == BackendWord::Cpu {
         return Err(Error::Parameter {
             option: "--shadows",
@@ -435,6 +440,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
                 shadows: args.shadows,
                 holds_poses: args.pose_rates != PoseRates::Off,
                 share_poses: args.share_poses == Switch::On,
+                view: args.view,
                 frozen: args.freeze,
                 levels: if args.snap_levels { Levels::Quantized } else { Levels::Continuous },
             },
@@ -442,7 +448,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
             lod_depths_m: args.lod_depths,
             technique_is_given: args.technique.is_some(),
         },
-        camera: camera(args)?,
+        camera: seen_from::camera(args)?,
         machine: MachinePlan { backend: args.backend, adapter: args.adapter.clone(), samples: args.msaa },
         size: args.size,
         report: args.report.clone(),
@@ -450,87 +456,6 @@ pub fn plan(args: &Args) -> Result<Plan> {
         record_camera: args.record_camera.clone(),
         show,
     })
-}
-
-/// Only the bucketed technique has more than one way to skin, and the CPU has its own.
-fn check_skinning(args: &Args) -> Result<()> {
-    let refused = |found: String, allowed: &str| {
-        Err(Error::Parameter { option: "--skinning", found, allowed: allowed.to_owned() })
-    };
-    let word = args.skinning.skinning().name();
-    match args.technique {
-        _ if args.skinning == SkinningWord::Auto => Ok(()),
-        Some(other) if other != Technique::Bucketed => {
-            refused(format!("{word} with --technique {other}"), "with --technique bucketed")
-        }
-        _ if args.backend == BackendWord::Cpu => refused(format!("{word} with --backend cpu"), "with a GPU"),
-        _ => Ok(()),
-    }
-}
-
-/// What a second camera shows is kept by the techniques that cull by spheres, and not by occlusion culling.
-fn check_reference(args: &Args) -> Result<()> {
-    let refused = |found: String, allowed: &str| {
-        Err(Error::Parameter { option: "--reference-camera", found, allowed: allowed.to_owned() })
-    };
-    match args.technique {
-        _ if !args.reference_camera => Ok(()),
-        Some(other @ (Technique::PseudoInstancing | Technique::Discrete)) => {
-            refused(format!("with --technique {other}"), "with instanced, reform, static-floor or bucketed")
-        }
-        _ if args.occlusion == Switch::On => refused("with --occlusion on".to_owned(), "with --occlusion off"),
-        _ if args.backend == BackendWord::Cpu => refused("with --backend cpu".to_owned(), "with a GPU"),
-        _ => Ok(()),
-    }
-}
-
-/// Only a flock is simulated here, and on the GPU only where that draws.
-fn check_simulator(args: &Args) -> Result<()> {
-    let refused = |found: String, allowed: &str| {
-        Err(Error::Parameter { option: "--simulate", found, allowed: allowed.to_owned() })
-    };
-    match args.simulate {
-        BackendWord::Auto => Ok(()),
-        _ if args.flock.is_none() => refused("without --flock".to_owned(), "with --flock"),
-        BackendWord::Gpu if args.backend == BackendWord::Cpu => {
-            refused("gpu with --backend cpu".to_owned(), "with a GPU")
-        }
-        BackendWord::Gpu | BackendWord::Cpu => Ok(()),
-    }
-}
-
-/// Only poses that are held and worked out before the draw can be shared.
-fn check_sharing(args: &Args) -> Result<()> {
-    let refused = |found: &str, allowed: &str| {
-        Err(Error::Parameter { option: "--share-poses", found: found.to_owned(), allowed: allowed.to_owned() })
-    };
-    if args.share_poses == Switch::Off {
-        return Ok(());
-    }
-    if args.pose_rates == PoseRates::Off {
-        return refused("on without --pose-rates", "on with --pose-rates, as in --pose-rates 1px");
-    }
-    match args.skinning {
-        SkinningWord::Palettes | SkinningWord::Compute => Ok(()),
-        SkinningWord::Auto | SkinningWord::Vertex => {
-            refused("on without poses worked out beforehand", "on with --skinning compute or palettes")
-        }
-    }
-}
-
-/// Only the bucketed technique leaves hidden ones out, and its newcomers' levels come from the water's height.
-fn check_occlusion(args: &Args) -> Result<()> {
-    let refused = |found: String, allowed: &str| {
-        Err(Error::Parameter { option: "--occlusion", found, allowed: allowed.to_owned() })
-    };
-    match args.technique {
-        _ if args.occlusion == Switch::Off => Ok(()),
-        Some(other) if other != Technique::Bucketed => {
-            refused(format!("on with --technique {other}"), "on with --technique bucketed")
-        }
-        _ if args.fit == FitWord::Eq1 => refused("on with --fit eq1".to_owned(), "on with --fit fill"),
-        _ => Ok(()),
-    }
 }
 
 fn layout(args: &Args) -> Result<LayoutPlan> {
@@ -609,53 +534,6 @@ fn height(words: &[String]) -> Result<HeightPlan> {
     }
 }
 
-fn camera(args: &Args) -> Result<CameraPlan> {
-    let fov_y_rad = args.fov.to_radians();
-    if let Some(word) = &args.camera_path {
-        let way = match word.to_str() {
-            Some("orbit") => CameraWay::Orbit,
-            Some("line") => CameraWay::Straight,
-            Some("walkthrough") => CameraWay::Walkthrough,
-            _ => return Ok(CameraPlan::Path { path: word.clone() }),
-        };
-        return Ok(CameraPlan::Way { way, fov_y_rad });
-    }
-    if let (Some(eye), Some(target)) = (args.eye, args.target) {
-        if eye == target {
-            return Err(Error::Parameter {
-                option: "--target",
-                found: "the same point as --eye".to_owned(),
-                allowed: "another point".to_owned(),
-            });
-        }
-        return Ok(CameraPlan::Fixed { eye, target, fov_y_rad });
-    }
-    if let Some([azimuth, elevation, distance_m]) = args.orbit {
-        if !(0.01..=1e6).contains(&distance_m) || !(-89.0..=89.0).contains(&elevation) {
-            return Err(Error::Parameter {
-                option: "--orbit",
-                found: format!("elevation {elevation}, distance {distance_m}"),
-                allowed: "elevation -89 to 89, distance 0.01 to 1000000".to_owned(),
-            });
-        }
-        return Ok(CameraPlan::Orbit {
-            azimuth_rad: azimuth.to_radians(),
-            elevation_rad: elevation.to_radians(),
-            distance_m,
-            target: args.target,
-            fov_y_rad,
-        });
-    }
-    if args.target.is_some() {
-        return Err(Error::Parameter {
-            option: "--target",
-            found: "alone".to_owned(),
-            allowed: "with --eye or --orbit".to_owned(),
-        });
-    }
-    Ok(CameraPlan::Framed { fov_y_rad })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -698,6 +576,10 @@ mod tests {
             &["--share-poses", "on", "--pose-rates", "60"],
             &["--motion-graph", "dance.txt", "--flock", "100"],
             &["--simulate", "gpu"],
+            &["--view", "levels", "--backend", "cpu"],
+            &["--view", "levels", "--technique", "b0"],
+            &["--view", "density", "--occlusion", "on"],
+            &["--view", "occlusion"],
             &["--reference-camera", "--backend", "cpu"],
             &["--reference-camera", "--occlusion", "on"],
             &["--reference-camera", "--technique", "b2"],

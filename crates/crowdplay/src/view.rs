@@ -78,7 +78,9 @@ fn made_for(way: CameraWay, crowd: &Crowd, fov_y_rad: f32) -> CameraPath {
 /// A camera that has all of the crowd and another camera in view.
 pub fn reference_camera(crowd: &Crowd, seen: &Camera, aspect: f32) -> Camera {
     let Bounds { min, max, .. } = crowd.bounds;
-    crowd_scene::overlook(min.min(seen.eye), max.max(seen.eye), aspect)
+    let whole = crowd_scene::overlook(min.min(seen.eye), max.max(seen.eye), aspect);
+    // In a corner every pixel counts: less air around them.
+    Camera { eye: whole.target + (whole.eye - whole.target) * 0.75, ..whole }
 }
 
 /// Adds a camera to a recording that may have to begin.

@@ -5,7 +5,7 @@ mod reference;
 
 use super::HoldPoses;
 use super::draw_crowd::{DrawCrowd, Part};
-use super::draw_reference::DrawReference;
+use super::draw_marks::DrawMarks;
 use super::draw_scenery::DrawScenery;
 use super::feed::BoundFeed;
 use super::occlusion::Occlusion;
@@ -21,7 +21,7 @@ use crate::data::check_instances;
 use crate::dispatch::MAX_CASCADES;
 use crate::{
     CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceBase, InstanceRecord,
-    Result, SceneryVertex, Skinning, Technique, Weight, fit_cascades, shadow_side,
+    Result, SceneryVertex, Skinning, Technique, View, Weight, fit_cascades, shadow_side,
 };
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
@@ -104,7 +104,7 @@ pub struct CrowdRenderer {
     /// The same.
     shadows: Option<Shadows>,
     /// The same.
-    reference: Option<DrawReference>,
+    marks: Option<DrawMarks>,
     /// Schedules of the instances, where they go by any.
     motion: Option<Motion>,
     /// Set up when poses are first held.
@@ -162,7 +162,7 @@ impl CrowdRenderer {
             selection: Selection::new(device, &crowd, &frame),
             unshaded: Light::new(device, draw.light_layout(), 1, 1)?,
             shadows: None,
-            reference: None,
+            marks: None,
             motion: None,
             hold: None,
             holds: false,
@@ -392,6 +392,10 @@ impl CrowdRenderer {
         if options.holds_poses {
             self.prepare_holding(device);
         }
+        let view = options.shown_view();
+        if view != View::Shaded {
+            self.prepare_marks(device, queue)?;
+        }
         let (config, draw_config) = self.write_uniforms(queue, size, config, &options);
         let painter = self.painters[options.technique.number()].as_ref().expect("prepared above");
         if !painter.is_ready() {
@@ -454,6 +458,13 @@ impl CrowdRenderer {
             painter.draw(&mut pass, &context);
             if runs.is_some() {
                 pass.end_pipeline_statistics_query();
+            }
+            if let Some(marks) = self.marks.as_ref().filter(|_| view != View::Shaded && part != Part::First) {
+                let sight =
+                    context.occlusion.and_then(|occlusion| occlusion.buffer("seen")).unwrap_or(&self.frame.choices);
+                marks.write(queue, &config, &self.bounds, view, options.technique != Technique::Instanced);
+                let bound = marks.bind(device, &self.crowd, &self.frame, sight);
+                marks.draw_tags(&mut pass, &bound, config.instance_count);
             }
         }
         let names = recorder.into_names();

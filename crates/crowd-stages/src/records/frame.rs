@@ -167,12 +167,20 @@ impl DrawConfig {
     }
 }
 
-/// Corners of a view's frustum in the world, a uniform of 128 bytes: bit 0 of their number is right, bit 1 up, bit 2 far.
+/// What marks besides the crowd show, a uniform of 144 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
-pub struct FrustumCorners {
-    /// Metres; the fourth is 1.
+pub struct MarkConfig {
+    /// Corners of a frustum in the world, metres, the fourth number 1: bit 0 of a corner's number is right, bit 1 up, bit 2 far.
     pub corners: [[f32; 4]; 8],
+    /// [`crate::View`] as a number.
+    pub view: u32,
+    /// 1 when the levels are those of `choices`; else everyone is at full detail.
+    pub has_choices: u32,
+    /// Zero.
+    pub reserved_a: u32,
+    /// Zero.
+    pub reserved_b: u32,
 }
 
 /// What a frame came to, 52 bytes.

@@ -1,12 +1,12 @@
 //! The newest frame as a reference camera sees it.
 
 use super::super::draw_crowd::Part;
-use super::super::draw_reference::DrawReference;
+use super::super::draw_marks::DrawMarks;
 use super::super::stage_recorder::StageRecorder;
 use super::super::techniques::FrameContext;
 use super::super::upload::Uploader;
 use super::{CrowdRenderer, RendererOptions};
-use crate::{DrawOptions, Error, FrameConfig, Result, Skinning, Technique};
+use crate::{DrawOptions, Error, FrameConfig, Result, Skinning, Technique, View};
 
 impl CrowdRenderer {
     /// Draws the newest frame of `options.technique` once more as another camera sees it: who was drawn, at the levels chosen for
@@ -36,15 +36,10 @@ impl CrowdRenderer {
         }
         let skinning = self.prepare_skinning(device, queue, &options);
         self.draw.fit_targets(device, size, false)?;
-        if self.reference.is_none() {
-            let mut up = Uploader { device, queue, bytes: 0 };
-            let RendererOptions { color_format, sample_count, .. } = self.options;
-            let (crowd, frame, light) = (&self.crowd, &self.frame, self.draw.light_layout());
-            self.reference = Some(DrawReference::new(&mut up, crowd, frame, color_format, sample_count, light)?);
-            self.buffer_bytes += up.bytes;
-        }
-        let marks = self.reference.as_ref().expect("set above");
-        marks.look_at(queue, seen, &self.bounds);
+        self.prepare_marks(device, queue)?;
+        let marks = self.marks.as_ref().expect("prepared above");
+        marks.write(queue, seen, &self.bounds, View::Shaded, false);
+        let marks_bound = marks.bind(device, &self.crowd, &self.frame, &self.frame.choices);
         let (config, _) = self.write_uniforms(queue, size, reference, &options);
         let painter = self.painters[technique.number()].as_ref().expect("it has drawn a frame");
         let context = self.context(&config, options, skinning);
@@ -59,7 +54,18 @@ impl CrowdRenderer {
         }
         painter.draw(&mut pass, &context);
         let has_culled = !matches!(technique, Technique::PseudoInstancing | Technique::Discrete);
-        marks.draw(&mut pass, has_culled, self.instance_count);
+        marks.draw_reference(&mut pass, &marks_bound, has_culled, self.instance_count);
+        Ok(())
+    }
+
+    /// Sets up what is shown besides the crowd, unless it is.
+    pub(super) fn prepare_marks(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<()> {
+        if self.marks.is_none() {
+            let mut up = Uploader { device, queue, bytes: 0 };
+            let RendererOptions { color_format, sample_count, .. } = self.options;
+            self.marks = Some(DrawMarks::new(&mut up, color_format, sample_count, self.draw.light_layout())?);
+            self.buffer_bytes += up.bytes;
+        }
         Ok(())
     }
 

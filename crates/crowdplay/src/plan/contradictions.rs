@@ -1,0 +1,108 @@
+//! Words that contradict each other, refused before anything is opened.
+
+use crate::cli::{Args, BackendWord, FitWord, PoseRates, SkinningWord, Switch};
+use crate::{Error, Result};
+use crowd_stages::{Technique, View};
+
+/// Only the bucketed technique has more than one way to skin, and the CPU has its own.
+pub(super) fn check_skinning(args: &Args) -> Result<()> {
+    let refused = |found: String, allowed: &str| {
+        Err(Error::Parameter { option: "--skinning", found, allowed: allowed.to_owned() })
+    };
+    let word = args.skinning.skinning().name();
+    match args.technique {
+        _ if args.skinning == SkinningWord::Auto => Ok(()),
+        Some(other) if other != Technique::Bucketed => {
+            refused(format!("{word} with --technique {other}"), "with --technique bucketed")
+        }
+        _ if args.backend == BackendWord::Cpu => refused(format!("{word} with --backend cpu"), "with a GPU"),
+        _ => Ok(()),
+    }
+}
+
+/// A view that has nothing to show is refused rather than shown shaded.
+pub(super) fn check_view(args: &Args) -> Result<()> {
+    let word = args.view.name();
+    let refused =
+        |found: String, allowed: &str| Err(Error::Parameter { option: "--view", found, allowed: allowed.to_owned() });
+    match (args.view, args.technique) {
+        (View::Shaded, _) => Ok(()),
+        _ if args.backend == BackendWord::Cpu => refused(format!("{word} with --backend cpu"), "shaded, or with a GPU"),
+        (View::Occlusion, _) if args.occlusion == Switch::Off => {
+            refused(format!("{word} with --occlusion off"), "occlusion with --occlusion on")
+        }
+        (View::Occlusion, _) => Ok(()),
+        _ if args.occlusion == Switch::On => {
+            refused(format!("{word} with --occlusion on"), "shaded, occlusion, or with --occlusion off")
+        }
+        (_, Some(other @ (Technique::PseudoInstancing | Technique::Discrete | Technique::Points))) => {
+            refused(format!("{word} with --technique {other}"), "with instanced, reform, static-floor or bucketed")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What a second camera shows is kept by the techniques that cull by spheres, and not by occlusion culling.
+pub(super) fn check_reference(args: &Args) -> Result<()> {
+    let refused = |found: String, allowed: &str| {
+        Err(Error::Parameter { option: "--reference-camera", found, allowed: allowed.to_owned() })
+    };
+    match args.technique {
+        _ if !args.reference_camera => Ok(()),
+        Some(other @ (Technique::PseudoInstancing | Technique::Discrete)) => {
+            refused(format!("with --technique {other}"), "with instanced, reform, static-floor or bucketed")
+        }
+        _ if args.occlusion == Switch::On => refused("with --occlusion on".to_owned(), "with --occlusion off"),
+        _ if args.backend == BackendWord::Cpu => refused("with --backend cpu".to_owned(), "with a GPU"),
+        _ => Ok(()),
+    }
+}
+
+/// Only a flock is simulated here, and on the GPU only where that draws.
+pub(super) fn check_simulator(args: &Args) -> Result<()> {
+    let refused = |found: String, allowed: &str| {
+        Err(Error::Parameter { option: "--simulate", found, allowed: allowed.to_owned() })
+    };
+    match args.simulate {
+        BackendWord::Auto => Ok(()),
+        _ if args.flock.is_none() => refused("without --flock".to_owned(), "with --flock"),
+        BackendWord::Gpu if args.backend == BackendWord::Cpu => {
+            refused("gpu with --backend cpu".to_owned(), "with a GPU")
+        }
+        BackendWord::Gpu | BackendWord::Cpu => Ok(()),
+    }
+}
+
+/// Only the bucketed technique leaves hidden ones out, and its newcomers' levels come from the water's height.
+pub(super) fn check_occlusion(args: &Args) -> Result<()> {
+    let refused = |found: String, allowed: &str| {
+        Err(Error::Parameter { option: "--occlusion", found, allowed: allowed.to_owned() })
+    };
+    match args.technique {
+        _ if args.occlusion == Switch::Off => Ok(()),
+        Some(other) if other != Technique::Bucketed => {
+            refused(format!("on with --technique {other}"), "on with --technique bucketed")
+        }
+        _ if args.fit == FitWord::Eq1 => refused("on with --fit eq1".to_owned(), "on with --fit fill"),
+        _ => Ok(()),
+    }
+}
+
+/// Only poses that are held and worked out before the draw can be shared.
+pub(super) fn check_sharing(args: &Args) -> Result<()> {
+    let refused = |found: &str, allowed: &str| {
+        Err(Error::Parameter { option: "--share-poses", found: found.to_owned(), allowed: allowed.to_owned() })
+    };
+    if args.share_poses == Switch::Off {
+        return Ok(());
+    }
+    if args.pose_rates == PoseRates::Off {
+        return refused("on without --pose-rates", "on with --pose-rates, as in --pose-rates 1px");
+    }
+    match args.skinning {
+        SkinningWord::Palettes | SkinningWord::Compute => Ok(()),
+        SkinningWord::Auto | SkinningWord::Vertex => {
+            refused("on without poses worked out beforehand", "on with --skinning compute or palettes")
+        }
+    }
+}
