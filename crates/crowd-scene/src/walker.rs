@@ -260,8 +260,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn walk(ground_speed_m_s: f32, displacement_m: Vec3) -> Cast {
-        let clip =
-            |clip| GaitClip { clip, duration_s: 1.0, ground_speed_m_s, displacement_m, ..Default::default() };
+        let clip = |clip| GaitClip { clip, duration_s: 1.0, ground_speed_m_s, displacement_m, ..Default::default() };
         Cast {
             movers: vec![Mover { clips: [clip(0), clip(1), clip(2)], scale: 1.0, run_ahead_turns: 0.0 }; 3],
             seed: 1,

@@ -107,7 +107,7 @@ impl GpuFlock {
     }
 
     /// Goes on to so many steps from the start, or begins again to get to fewer, and writes the instances that `time_s` shows.
-    /// Submits to `queue`, [`STEPS_A_SUBMISSION`] steps at a time; does not wait.
+    /// Submits to `queue`, a few steps at a time; does not wait.
     pub fn advance_to(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, steps: u32, time_s: f32) {
         self.config.time_s = time_s;
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.config));
