@@ -96,7 +96,8 @@ fn a_static_mesh_needs_no_skin() {
 
 #[test]
 fn a_zebra_keeps_its_clips_and_curves() {
-    let raw = expect_same_level("zebra.glb", 0.3, true);
+    // At fewer triangles a joint may move nothing any more, and its curves are left out on reading.
+    let raw = expect_same_level("zebra.glb", 0.5, true);
     let source = load_character(&crowd_tests::folders::fixtures().join("good/zebra.glb"), &Limits::default()).unwrap();
     let names = |raw: &RawCharacter| raw.clips.iter().map(|clip| clip.name.clone()).collect::<Vec<_>>();
     assert_eq!(names(&raw), names(&source));
