@@ -56,6 +56,8 @@ const BROKEN: &[(&str, Break)] = &[
     ("`tetrahedron`: clip 1: slide", |p| p.manifest.characters[1].clips[1].slide_m_s = -1.0),
     ("`tetrahedron`: clip 1: slide along", |p| p.manifest.characters[1].clips[1].rooted_slide_m_s = f32::NAN),
     ("`tetrahedron`: clip 1: path", |p| p.manifest.characters[1].clips[1].root_path_m[2][1] = f32::INFINITY),
+    ("`tetrahedron`: clip 1: path", |p| p.manifest.characters[1].clips[1].root_path_m[0][0] = f32::NAN),
+    ("`tetrahedron`: clip 1: path", |p| p.manifest.characters[1].clips[1].root_path_m[1][0] = -3e38),
     ("`tetrahedron`: clip 1: contact 0", |p| p.manifest.characters[1].clips[1].contacts[0].joint = 2),
     ("`tetrahedron`: clip 1: contact 0", |p| p.manifest.characters[1].clips[1].contacts[0].end_s = f32::NAN),
     ("section inverse_binds: elements", |p| p.inverse_binds.push([0.0; 4])),

@@ -164,6 +164,16 @@ fn buffers_that_do_not_fit_are_refused() {
         let feed = InstanceFeed { instances, count: None, most, bounds: CrowdBounds::default(), characters };
         renderer.borrow_instances(device, queue, &feed).err().map(|error| error.to_string()).unwrap_or_default()
     };
+    let limits = device.limits();
+    let huge = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("more than a binding holds"),
+        size: limits.max_storage_buffer_binding_size + 48,
+        usage: wgpu::BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    });
+    assert!(limits.max_buffer_size > limits.max_storage_buffer_binding_size, "else there is no such buffer");
+    assert!(refused(&huge, 1, &[]).contains("larger bindings"));
+    assert!(refused(&none, 0, &[]).contains("STORAGE"));
     assert!(refused(&small, 11, &[]).contains("needs 528"));
     assert!(refused(&none, 10, &[]).contains("STORAGE"));
     assert!(refused(&big, OPTIONS.max_instances + 1, &[]).contains("max_instances"));

@@ -126,6 +126,9 @@ fn check_tracks(contents: &PackContents, character: &ManifestCharacter, here: &d
     Ok(())
 }
 
+/// Metres that a root path may go from the even way.
+const FARTHEST_M: f32 = 1e6;
+
 /// Joints that are there, times that pass.
 fn check_feet(joints: usize, clip: &ManifestClip, place: &dyn Fn(&str) -> String) -> Result<()> {
     let slide = clip.slide_m_s;
@@ -133,7 +136,14 @@ fn check_feet(joints: usize, clip: &ManifestClip, place: &dyn Fn(&str) -> String
     let slide = clip.rooted_slide_m_s;
     let fits = slide.is_finite() && slide >= 0.0;
     expect(fits, || place("slide along the path"), slide, || "finite, at least 0".to_owned())?;
-    expect_finite(clip.root_path_m.as_flattened(), || place("path"))?;
+    // People are put there: sums of such lengths stay numbers.
+    let farthest_m = clip
+        .root_path_m
+        .as_flattened()
+        .iter()
+        .fold(0.0f32, |far, part| if part.is_nan() { f32::INFINITY } else { far.max(part.abs()) });
+    let allowed = || format!("at most {FARTHEST_M} m from the even way");
+    expect(farthest_m <= FARTHEST_M, || place("path"), farthest_m, allowed)?;
     for (number, contact) in clip.contacts.iter().enumerate() {
         let passes = contact.start_s >= 0.0 && contact.start_s < contact.end_s && contact.end_s.is_finite();
         let fits = passes && (contact.joint as usize) < joints;

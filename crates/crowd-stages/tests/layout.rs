@@ -247,6 +247,7 @@ fn sources() -> Vec<(&'static str, String)> {
         ("write_draw_args", gpu::WriteDrawArgs::source()),
         ("fill_budget", gpu::FillBudget::source()),
         ("cull_by_depth", gpu::CullByDepth::source()),
+        ("key_points", gpu::KeyPoints::source()),
         ("key_instances", gpu::KeyInstances::source()),
         ("sort_instances", gpu::SortInstances::source()),
         ("select_casters", gpu::SelectCasters::source()),

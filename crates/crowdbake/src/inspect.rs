@@ -95,7 +95,7 @@ pub struct AnimationInspection {
     /// Frames over all clips.
     pub frames: u32,
     /// Frames over all clips at the rate they were sampled with.
-    pub sampled_frames: u32,
+    pub sampled_frames: u64,
     /// Bytes of all clips.
     pub bytes: u64,
     /// Bytes of the sampled frames in the papers' layout, 64 a joint.

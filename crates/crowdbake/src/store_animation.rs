@@ -72,7 +72,7 @@ impl StoredAnimation {
                 format!("as {name} vertices are off by {:.2} mm, allowed {allowed:.2}", self.error_m * 1e3)
             }
             Some((storage, error_m, clip)) => format!(
-                "joints shear, mirror or go far: as {} a vertex would be off by {:.2} mm in clip `{}`, allowed {allowed:.2}; stored as {name}",
+                "as {} a vertex would be off by {:.2} mm in clip `{}`, allowed {allowed:.2}; stored as {name} (joints that shear, mirror or go far need more room)",
                 storage.name(),
                 error_m * 1e3,
                 clip.escape_debug(),
@@ -133,7 +133,9 @@ pub fn store_animation(
         ..StoredAnimation::default()
     };
     let smallest_first = JointStorage::ALL.into_iter().rev();
-    let candidates: Vec<_> = smallest_first.filter(|&storage| asked.storage.is_none_or(|one| one == storage)).collect();
+    // Where nothing may be off, nothing smaller needs to be tried.
+    let only = asked.storage.or((allowed_m <= 0.0).then_some(JointStorage::F32));
+    let candidates: Vec<_> = smallest_first.filter(|&storage| only.is_none_or(|one| one == storage)).collect();
     for storage in candidates {
         stored.storage = storage;
         let worst = worst_clip(&points, clips, storage);

@@ -210,16 +210,17 @@ impl<'a> Unpacked<'a> {
     }
 
     /// Frames of a clip at the rate asked for, of which the pack may keep fewer.
-    pub fn sampled_frames(&self, clip: &ClipRecord) -> u32 {
+    pub fn sampled_frames(&self, clip: &ClipRecord) -> u64 {
         let steps = f64::from(clip.duration_s) * f64::from(self.manifest.fps);
         // A thousandth of a frame is forgiven, as sampling does.
-        if clip.duration_s > 0.0 { clip.frame_count.max((steps - 1e-3).ceil().max(1.0) as u32 + 1) } else { 1 }
+        let sampled = (steps - 1e-3).ceil().clamp(1.0, f64::from(u32::MAX)) as u64 + 1;
+        if clip.duration_s > 0.0 { sampled.max(clip.frame_count.into()) } else { 1 }
     }
 
     /// Bytes of all clips at that rate in the papers' layout, four RGBA32F texels a joint and frame.
     pub fn papers_animation_bytes(&self) -> u64 {
-        let frames: u64 = self.clips.iter().map(|clip| u64::from(self.sampled_frames(clip))).sum();
-        frames * u64::from(self.record.joint_count) * u64::from(SPLIT_JOINT_BYTES)
+        let frames: u64 = self.clips.iter().map(|clip| self.sampled_frames(clip)).sum();
+        frames.saturating_mul(u64::from(self.record.joint_count) * u64::from(SPLIT_JOINT_BYTES))
     }
 
     /// Matrices of the pose at rest, from the manifest's node tree.

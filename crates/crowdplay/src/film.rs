@@ -16,12 +16,24 @@ pub fn is_film(path: &Path) -> bool {
 
 /// A film being made. Dropped before its end, it leaves nothing behind.
 pub struct Film {
+    /// Ends before what it writes is removed.
+    ffmpeg: Ffmpeg,
     path: PathBuf,
     /// What ffmpeg writes; renamed at the end.
     unfinished: tempfile::TempPath,
-    ffmpeg: Child,
     /// What it complains of.
     said: std::fs::File,
+}
+
+/// Killed when nobody wants its film any more.
+struct Ffmpeg(Child);
+
+impl Drop for Ffmpeg {
+    fn drop(&mut self) {
+        // One that has ended cannot be killed, which is no trouble.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }
 
 impl Film {
@@ -56,7 +68,7 @@ impl Film {
             what: format!("a film needs ffmpeg, which does not start: {error}"),
             remedy: "install it, or write pictures (--out frame-%04d.png)",
         })?;
-        Ok(Self { path: path.to_owned(), unfinished, ffmpeg, said })
+        Ok(Self { ffmpeg: Ffmpeg(ffmpeg), path: path.to_owned(), unfinished, said })
     }
 
     /// Adds a frame.
@@ -64,7 +76,7 @@ impl Film {
     /// # Errors
     /// [`Error::Output`] when ffmpeg has given up, with its words.
     pub fn add(&mut self, png: &[u8]) -> Result<()> {
-        let pipe = self.ffmpeg.stdin.as_mut().expect("it was asked for, and is taken at the end alone");
+        let pipe = self.ffmpeg.0.stdin.as_mut().expect("it was asked for, and is taken at the end alone");
         pipe.write_all(png).map_err(|_| self.failure())
     }
 
@@ -73,8 +85,8 @@ impl Film {
     /// # Errors
     /// [`Error::Output`] when ffmpeg did not make it, with its words.
     pub fn end(mut self) -> Result<()> {
-        drop(self.ffmpeg.stdin.take());
-        match self.ffmpeg.wait() {
+        drop(self.ffmpeg.0.stdin.take());
+        match self.ffmpeg.0.wait() {
             Ok(status) if status.success() => {}
             _ => return Err(self.failure()),
         }
@@ -84,8 +96,8 @@ impl Film {
 
     fn failure(&mut self) -> Error {
         // Nothing more comes in: it ends by itself.
-        drop(self.ffmpeg.stdin.take());
-        let _ = self.ffmpeg.wait();
+        drop(self.ffmpeg.0.stdin.take());
+        let _ = self.ffmpeg.0.wait();
         let mut words = Vec::new();
         let _ = self.said.rewind();
         let _ = (&self.said).take(2000).read_to_end(&mut words);

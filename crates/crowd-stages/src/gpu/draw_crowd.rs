@@ -176,7 +176,7 @@ impl DrawCrowd {
         let layouts = [&self.layouts.crowd, &self.layouts.light];
         let shape = Shape { topology: wgpu::PrimitiveTopology::PointList, ..self.shape() };
         let less = wgpu::CompareFunction::Less;
-        shape.pipeline(&layouts, &self.crowd_module, "points", "shade_point", less, buffers, &[])
+        shape.pipeline(&layouts, &self.crowd_module, "points", "shade_point", less, buffers, &[self.storages()])
     }
 
     /// The crowd's bind group with a technique's own list of owners and their bases.

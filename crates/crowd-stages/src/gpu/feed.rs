@@ -59,12 +59,9 @@ impl BoundFeed {
         frame: &FrameBuffers,
         character_count: u32,
     ) -> Result<Self> {
-        check(
-            feed.instances,
-            "bytes of the simulator's instances",
-            u64::from(feed.most) * size_of::<InstanceRecord>() as u64,
-        )?;
-        feed.count.map_or(Ok(()), |count| check(count, "bytes of the simulator's count", 4))?;
+        let bytes = u64::from(feed.most.max(1)) * size_of::<InstanceRecord>() as u64;
+        check(up.device, feed.instances, "bytes of the simulator's instances", bytes)?;
+        feed.count.map_or(Ok(()), |count| check(up.device, count, "bytes of the simulator's count", 4))?;
         let (storage, fewer) = (wgpu::BufferUsages::STORAGE, "draw fewer instances");
         let before = up.bytes;
         let config = FeedConfig { most: feed.most, character_count, ..Default::default() };
@@ -99,7 +96,7 @@ impl BoundFeed {
     }
 }
 
-fn check(buffer: &wgpu::Buffer, what: &'static str, needed: u64) -> Result<()> {
+fn check(device: &wgpu::Device, buffer: &wgpu::Buffer, what: &'static str, needed: u64) -> Result<()> {
     if !buffer.usage().contains(wgpu::BufferUsages::STORAGE) {
         return Err(Error::Feed { what, problem: "a buffer without STORAGE usage, allowed one with it" });
     }
@@ -110,6 +107,12 @@ fn check(buffer: &wgpu::Buffer, what: &'static str, needed: u64) -> Result<()> {
             allowed: buffer.size(),
             remedy: "hand over a larger buffer, or a smaller `most`",
         });
+    }
+    // Buffers are bound whole.
+    let allowed = device.limits().max_storage_buffer_binding_size;
+    if buffer.size() > allowed {
+        let remedy = "hand over a smaller buffer, or ask the adapter for larger bindings";
+        return Err(Error::Limit { what, needed: buffer.size(), allowed, remedy });
     }
     Ok(())
 }

@@ -180,10 +180,13 @@ fn check(config: &FlockConfig, boids: &[BoidRecord], traits: &[BoidTraits], move
     if boids.len() != traits.len() || boids.len() > most {
         return wrong("as many traits as boids are needed");
     }
-    if traits.iter().any(|one| one.mover as usize >= movers.len()) || boids.iter().any(|boid| boid.gait > 2) {
+    if traits.iter().any(|one| one.mover as usize >= movers.len())
+        || boids.iter().any(|boid| boid.gait.max(boid.gait_before) > 2)
+    {
         return wrong("a boid names a mover or a gait that is not there");
     }
-    if columns == 0 || rows == 0 || columns.checked_mul(rows).is_none_or(|cells| cells == u32::MAX) || sight_m <= 0.0 {
+    let cells = columns.checked_mul(rows).filter(|cells| *cells > 0 && *cells < u32::MAX);
+    if cells.is_none() || !(sight_m > 0.0 && sight_m.is_finite()) {
         return wrong("the grid needs cells, fewer than 2^32 - 1, of a size above 0");
     }
     let numbers = |boid: &BoidRecord| [boid.place[0], boid.place[1], boid.velocity[0], boid.velocity[1], boid.pace_m_s];

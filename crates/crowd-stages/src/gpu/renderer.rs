@@ -295,9 +295,10 @@ impl CrowdRenderer {
         queue: &wgpu::Queue,
         plan: Option<MotionPlan<'_>>,
     ) -> Result<()> {
-        let taken = self.motion.take();
-        self.buffer_bytes -= taken.map_or(0, |motion| motion.bytes);
-        let Some(plan) = plan else { return Ok(()) };
+        let Some(plan) = plan else {
+            self.buffer_bytes -= self.motion.take().map_or(0, |motion| motion.bytes);
+            return Ok(());
+        };
         let allowed = self.options.max_instances;
         if plan.motions.len() as u64 > u64::from(allowed) {
             let (what, remedy) = ("motions", "make the renderer with a larger max_instances");
@@ -305,6 +306,7 @@ impl CrowdRenderer {
         }
         let clip_count = self.characters.iter().map(|c| c.clip_offset + c.clip_count).max().unwrap_or(0);
         check_motion(&plan, clip_count)?;
+        self.buffer_bytes -= self.motion.take().map_or(0, |motion| motion.bytes);
         let mut up = Uploader { device, queue, bytes: 0 };
         let motion = Motion::new(&mut up, &self.crowd, &self.frame, allowed, plan)?;
         self.buffer_bytes += motion.bytes;

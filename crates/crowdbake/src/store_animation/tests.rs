@@ -60,7 +60,7 @@ fn no_vertex_is_ever_off_by_more_than_is_said_and_allowed() {
         assert!(found <= stored.error_m + 1e-5, "{error_share}: {found} m, said {}", stored.error_m);
         assert!(found >= stored.error_m * 0.9 - 1e-5, "{error_share}: the error is no mere bound");
         if error_share == 0.0 {
-            assert_eq!((stored.storage, stored.error_m), (JointStorage::F32, 0.0));
+            assert_eq!((stored.storage, stored.error_m, stored.warning()), (JointStorage::F32, 0.0, None));
             assert_eq!(stored.clips, sampled, "bit for bit");
         } else {
             assert_eq!((stored.storage, stored.warning()), (JointStorage::Quantized, None));
