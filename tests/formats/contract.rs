@@ -96,6 +96,8 @@ fn check_manifest(pack: &Reader<'_>) {
     let names: Vec<&str> = tetrahedron.clips.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["sway", "hop"]);
     assert_eq!(tetrahedron.contacts, [(1, 0.25, 0.75)]);
+    let path = vec![vec![0.0, 0.5], vec![0.0, -0.5], vec![0.0, 0.5]];
+    assert_eq!(tetrahedron.feet, [(0.0, Vec::new(), 0.0), (0.125, path, 0.062_5)]);
     let [sway, hop] = [&tetrahedron.clips[0].1[0], &tetrahedron.clips[1].1[0]];
     assert_eq!((sway.node, sway.property, sway.interpolation), (1, 0, 1));
     assert_eq!((hop.node, hop.property, hop.interpolation), (0, 0, 2));

@@ -23,6 +23,8 @@ pub struct NamedCharacter {
     pub nodes: Vec<(String, Option<u32>)>,
     /// Name of each clip, and its tracks' node, property, interpolation and ranges.
     pub clips: Vec<(String, Vec<Track>)>,
+    /// Slide, path, and the slide along it of each clip.
+    pub feet: Vec<(f32, Vec<Vec<f32>>, f32)>,
     /// Joint, begin and end of all clips' contacts.
     pub contacts: Vec<(u32, f32, f32)>,
     /// Names of the materials.
@@ -245,16 +247,14 @@ impl<'a> Reader<'a> {
             (name, parent)
         });
         let _joints = at.list(|at| (at.varint(), at.floats(16)));
-        let mut contacts = Vec::new();
+        let (mut contacts, mut feet) = (Vec::new(), Vec::new());
         let clips = at.list(|at| {
             let clip = (at.string(), at.list(|at| self.read_track(at)));
             contacts.extend(at.list(|at| {
                 let (joint, times) = (at.varint() as u32, at.floats(2));
                 (joint, times[0], times[1])
             }));
-            let _slide = at.floats(1);
-            let _path = at.list(|at| at.floats(2));
-            let _rooted_slide = at.floats(1);
+            feet.push((at.floats(1)[0], at.list(|at| at.floats(2)), at.floats(1)[0]));
             clip
         });
         let materials = at.list(Cursor::string);
@@ -280,6 +280,7 @@ impl<'a> Reader<'a> {
             name,
             nodes,
             clips,
+            feet,
             contacts,
             materials,
             parts,

@@ -268,10 +268,11 @@ fn add_clip(
         tracks.push(track);
     }
     let contact =
-        |joint: u32| ManifestContact { joint, start_s: joint as f32 * 0.125, end_s: joint as f32 * 0.125 + 0.5 };
+        |joint: u32| ManifestContact { joint, start_s: joint as f32 * 0.000_1, end_s: joint as f32 * 0.000_1 + 0.5 };
     let contacts = (0..random.below(u64::from(record.joint_count) + 1) as u32).map(contact).collect();
     let (slide_m_s, rooted_slide_m_s) = (random.float().abs(), random.float().abs());
-    let root_path_m = (0..random.count(0, 3)).map(|_| random.floats()).collect();
+    let mut root_path_m: Vec<[f32; 2]> = (0..random.count(0, 3)).map(|_| random.floats()).collect();
+    root_path_m.extend(root_path_m.first().copied());
     character.clips.push(ManifestClip {
         name: random.name("clip", clip),
         tracks,

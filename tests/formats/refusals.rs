@@ -60,6 +60,8 @@ const BROKEN: &[(&str, Break)] = &[
     ("`tetrahedron`: clip 1: path", |p| p.manifest.characters[1].clips[1].root_path_m[1][0] = -3e38),
     ("`tetrahedron`: clip 1: contact 0", |p| p.manifest.characters[1].clips[1].contacts[0].joint = 2),
     ("`tetrahedron`: clip 1: contact 0", |p| p.manifest.characters[1].clips[1].contacts[0].end_s = f32::NAN),
+    ("`tetrahedron`: clip 1: contact 0", |p| p.manifest.characters[1].clips[1].contacts[0].end_s = 1.5),
+    ("`tetrahedron`: clip 1: path", |p| p.manifest.characters[1].clips[1].root_path_m[2] = [0.5, 0.0]),
     ("section inverse_binds: elements", |p| p.inverse_binds.push([0.0; 4])),
     ("character 1: inverse bind matrices", |p| p.characters[1].inverse_bind_offset = 4),
     ("character 0: material 0: image", |p| p.materials[0].image = 1),

@@ -62,7 +62,7 @@ fn check_character(
     let fps = character.fps;
     expect(fps.is_finite() && fps >= 0.0, || here("frames a second"), fps, || "finite, at least 0".to_owned())?;
     check_nodes(character, here)?;
-    check_tracks(contents, character, here)?;
+    check_clips(contents, record, character, here)?;
     for (number, part) in character.parts.iter().enumerate() {
         let allowed = || format!("below {}", record.material_count);
         let fits = part.material < record.material_count;
@@ -107,7 +107,12 @@ fn check_nodes(character: &ManifestCharacter, here: &dyn Fn(&str) -> String) -> 
     Ok(())
 }
 
-fn check_tracks(contents: &PackContents, character: &ManifestCharacter, here: &dyn Fn(&str) -> String) -> Result<()> {
+fn check_clips(
+    contents: &PackContents,
+    record: &CharacterRecord,
+    character: &ManifestCharacter,
+    here: &dyn Fn(&str) -> String,
+) -> Result<()> {
     let mut names = BTreeSet::new();
     for (number, clip) in character.clips.iter().enumerate() {
         let allowed = || "a name no other clip of the character has".to_owned();
@@ -121,7 +126,8 @@ fn check_tracks(contents: &PackContents, character: &ManifestCharacter, here: &d
             let place = |field: &str| here(&format!("clip {number}: track {track_number}: {field}"));
             check_track(&contents.track_values, character.nodes.len(), track, &place)?;
         }
-        check_feet(character.joints.len(), clip, &|field: &str| here(&format!("clip {number}: {field}")))?;
+        let duration_s = contents.clips[record.clip_offset as usize + number].duration_s;
+        check_feet(character.joints.len(), duration_s, clip, &|field: &str| here(&format!("clip {number}: {field}")))?;
     }
     Ok(())
 }
@@ -129,8 +135,11 @@ fn check_tracks(contents: &PackContents, character: &ManifestCharacter, here: &d
 /// Metres that a root path may go from the even way.
 const FARTHEST_M: f32 = 1e6;
 
-/// Joints that are there, times that pass.
-fn check_feet(joints: usize, clip: &ManifestClip, place: &dyn Fn(&str) -> String) -> Result<()> {
+/// Share of a clip that contacts may end after it: their times are sums of steps.
+const TIME_SLACK: f32 = 1e-3;
+
+/// Joints that are there, times of the clip, a path that closes.
+fn check_feet(joints: usize, duration_s: f32, clip: &ManifestClip, place: &dyn Fn(&str) -> String) -> Result<()> {
     let slide = clip.slide_m_s;
     expect(slide.is_finite() && slide >= 0.0, || place("slide"), slide, || "finite, at least 0".to_owned())?;
     let slide = clip.rooted_slide_m_s;
@@ -144,10 +153,13 @@ fn check_feet(joints: usize, clip: &ManifestClip, place: &dyn Fn(&str) -> String
         .fold(0.0f32, |far, part| if part.is_nan() { f32::INFINITY } else { far.max(part.abs()) });
     let allowed = || format!("at most {FARTHEST_M} m from the even way");
     expect(farthest_m <= FARTHEST_M, || place("path"), farthest_m, allowed)?;
+    let closes = clip.root_path_m.first() == clip.root_path_m.last();
+    expect(closes, || place("path"), "another end than start", || "one that closes".to_owned())?;
     for (number, contact) in clip.contacts.iter().enumerate() {
-        let passes = contact.start_s >= 0.0 && contact.start_s < contact.end_s && contact.end_s.is_finite();
-        let fits = passes && (contact.joint as usize) < joints;
-        let allowed = || format!("a joint below {joints} and a time that passes");
+        let ends = contact.end_s <= duration_s * (1.0 + TIME_SLACK);
+        let fits =
+            contact.start_s >= 0.0 && contact.start_s < contact.end_s && ends && (contact.joint as usize) < joints;
+        let allowed = || format!("a joint below {joints} and a time that passes, to {duration_s} s at most");
         expect(fits, || place(&format!("contact {number}")), format_args!("{contact:?}"), allowed)?;
     }
     Ok(())

@@ -16,11 +16,11 @@ pub const TRANSLATION_EXPONENT: u32 = 142;
 pub enum JointStorage {
     /// Rows of three RGBA32F texels a joint; 48 bytes.
     #[default]
-    F32,
+    F32 = 0,
     /// Rows of half floats, two joints in three texels; 24 bytes.
-    F16,
+    F16 = 1,
     /// A quaternion whose length is the root of a uniform scale, and a translation, 16 bits a number, with an exponent each; 16 bytes.
-    Quantized,
+    Quantized = 2,
 }
 
 impl JointStorage {
