@@ -174,7 +174,7 @@ fn what_could_not_be_followed_is_refused() {
     let case = case(10, 30, Weight::Area);
     let (device, queue) = gpu::device();
     let mut renderer = renderer(OPTIONS, &case.instances);
-    let changes: [(&str, fn(&mut Plan)); 8] = [
+    let changes: [(&str, fn(&mut Plan)); 10] = [
         ("motion 1", |plan| plan.motions[1].schedule = 3),
         ("motion 0", |plan| plan.motions[0].ahead_s = f32::NAN),
         ("schedule 2", |plan| plan.schedules[2].count += 1),
@@ -183,6 +183,8 @@ fn what_could_not_be_followed_is_refused() {
         ("schedule 1", |plan| plan.stretches[3].start_s = 99.0),
         ("stretch 4", |plan| plan.stretches[4].left_clip = 99),
         ("stretch 4", |plan| plan.stretches[4].fade_s = -1.0),
+        ("stretch 0", |plan| plan.motions.iter_mut().for_each(|motion| motion.schedule = 0)),
+        ("motions", |plan| plan.motions.push(plan.motions[0])),
     ];
     for (words, change) in changes {
         let mut plan = plan(&case.instances);
@@ -192,5 +194,14 @@ fn what_could_not_be_followed_is_refused() {
         let error = refused.expect_err(words).to_string();
         assert!(error.starts_with(words), "{words}: {error}");
     }
+    // Schedules end with those who went by them.
+    let plan = plan(&case.instances);
+    let Plan { stretches, schedules, motions } = &plan;
+    renderer.set_motion(device, queue, Some(MotionPlan { stretches, schedules, motions })).expect("it can be followed");
+    let bytes = renderer.gpu_bytes();
+    renderer.set_instances(queue, &case.instances).expect("the same people");
+    assert_eq!(renderer.gpu_bytes(), bytes);
+    renderer.set_instances(queue, &case.instances[..9]).expect("fewer");
+    assert!(renderer.gpu_bytes() < bytes);
     renderer.set_motion(device, queue, None).expect("nothing is always possible");
 }

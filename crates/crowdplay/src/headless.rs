@@ -119,7 +119,8 @@ pub fn render(
     if let Some(choice) = backend.skinning(detail.draw) {
         report.skinning = choice.way.name();
         report.skinning_ms = choice.measured_ms;
-        if choice.refused.is_some() && detail.draw.skinning != Skinning::Auto {
+        let is_refused = choice.refused.is_some() || choice.sharing_refused.is_some();
+        if is_refused && detail.draw.skinning != Skinning::Auto {
             let words = skinning_words(&choice).unwrap_or_default();
             talk.say(&words);
             report.warnings.push(words);

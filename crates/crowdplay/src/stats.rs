@@ -70,6 +70,9 @@ pub fn skinning_words(choice: &SkinningChoice) -> Option<String> {
     if let Some(why) = &choice.refused {
         return Some(format!("vertices are skinned by the vertex shader: {why}"));
     }
+    if let Some(why) = &choice.sharing_refused {
+        return Some(format!("poses are not shared: {why}"));
+    }
     let tried = |(way, ms): (Skinning, f32)| format!("{} {ms:.2} ms", way.name());
     let ms = choice.measured_ms?;
     let all: Vec<String> = Skinning::WAYS.into_iter().zip(ms).map(tried).collect();

@@ -21,7 +21,7 @@ use std::mem::{offset_of, size_of};
 ///     leaving_clip: u32,    // another of its clips that it fades out of,
 ///     leaving_phase_s: f32,
 ///     leaving_share: f32,   // and that one's share of the pose; 0: none
-///     reserved: u32,
+///     held_s: f32,     // seconds ago that its pose is of; 0, or what a stage that holds poses says
 /// }
 /// ```
 ///

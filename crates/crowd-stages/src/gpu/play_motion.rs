@@ -3,7 +3,8 @@
 use super::kernel::{Kernel, Use, blocks, stage_source};
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::{Error, MotionRecord, MotionSchedule, MotionStretch, Result};
-use crowd_pack::NONE;
+use crowd_pack::{CharacterRecord, NONE};
+use std::collections::BTreeSet;
 use wgpu::BufferUsages as Usage;
 
 /// Shader: `shaders/stages/play_motion.wgsl`. Twin: [`crate::cpu::play_motion`].
@@ -85,8 +86,8 @@ pub struct MotionPlan<'a> {
     pub motions: &'a [MotionRecord],
 }
 
-/// Refuses what the stage could not follow.
-pub(crate) fn check_motion(plan: &MotionPlan<'_>, clip_count: u32) -> Result<()> {
+/// Refuses what the stage could not follow. `of_instances`: the character of each instance.
+pub(crate) fn check_motion(plan: &MotionPlan<'_>, characters: &[CharacterRecord], of_instances: &[u32]) -> Result<()> {
     let refused = |what, index, found: String, allowed| Err(Error::Motion { what, index, found, allowed });
     for (index, motion) in plan.motions.iter().enumerate().filter(|(_, motion)| motion.schedule != NONE) {
         if motion.schedule as usize >= plan.schedules.len() {
@@ -113,14 +114,24 @@ pub(crate) fn check_motion(plan: &MotionPlan<'_>, clip_count: u32) -> Result<()>
         }
     }
     for (index, one) in plan.stretches.iter().enumerate() {
-        let clip = one.clip.max(one.left_clip);
-        if clip >= clip_count {
-            return refused("stretch", index, format!("clip {clip}"), "a clip of the pack");
-        }
         let numbers = [one.start_s, one.turns, one.first_rate_hz, one.rate_hz, one.left_turns, one.left_rate_hz];
         let are_finite = numbers.iter().chain([&one.left_last_rate_hz]).all(|number| number.is_finite());
         if !are_finite || !(0.0..=f32::MAX).contains(&one.fade_s) {
             return refused("stretch", index, format!("{one:?}"), "finite numbers, and no fade below 0");
+        }
+    }
+    // Many go by one schedule: each is looked at once for each character.
+    let goes = |(motion, character): (&MotionRecord, &u32)| (motion.schedule, *character);
+    let pairs: BTreeSet<(u32, u32)> = plan.motions.iter().zip(of_instances).map(goes).collect();
+    for (schedule, character) in pairs.into_iter().filter(|(schedule, _)| *schedule != NONE) {
+        let MotionSchedule { first, count, .. } = plan.schedules[schedule as usize];
+        let character = &characters[character as usize];
+        let own = character.clip_offset..character.clip_offset + character.clip_count;
+        for index in first..first + count {
+            let one = &plan.stretches[index as usize];
+            if let Some(clip) = [one.clip, one.left_clip].into_iter().find(|clip| !own.contains(clip)) {
+                return refused("stretch", index as usize, format!("clip {clip}"), "a clip of who goes by it");
+            }
         }
     }
     Ok(())

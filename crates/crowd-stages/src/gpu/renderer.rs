@@ -265,6 +265,8 @@ impl CrowdRenderer {
     fn hold(&mut self, count: u32, characters: Vec<u32>) {
         if count != self.instance_count || characters != self.instance_characters {
             self.holds_frame = Default::default();
+            // Its clips were those of others.
+            self.end_motion();
         }
         (self.instance_count, self.instance_characters) = (count, characters);
         let sum = |count: fn(&CharacterRecord) -> u32| {
@@ -283,12 +285,14 @@ impl CrowdRenderer {
         };
     }
 
-    /// Lets instances go by schedules: from now on the stage `play_motion` writes, at the time of each frame, which clip they play,
-    /// which they leave and where they are in both. `None`: they stay at what their records say by then; set those anew.
+    /// Lets the present instances go by schedules: from now on the stage `play_motion` writes, at the time of each frame, which clip
+    /// they play, which they leave and where they are in both. `None`: they stay at what their records say by then; set those anew.
+    /// It ends where others take their place: another number of them, other characters, a simulator's.
     ///
     /// # Errors
-    /// [`Error::Limit`] for more motions than `max_instances` or where they do not fit the device; [`Error::Motion`] for a schedule or
-    /// a stretch that is not there, a clip that no character has, a number that is not finite, a loop or a stretch out of order.
+    /// [`Error::Limit`] for more motions than instances or where they do not fit the device; [`Error::Motion`] for a schedule or
+    /// a stretch that is not there, a clip that its character does not have, a number that is not finite, a loop or a stretch out of
+    /// order.
     pub fn set_motion(
         &mut self,
         device: &wgpu::Device,
@@ -296,22 +300,25 @@ impl CrowdRenderer {
         plan: Option<MotionPlan<'_>>,
     ) -> Result<()> {
         let Some(plan) = plan else {
-            self.buffer_bytes -= self.motion.take().map_or(0, |motion| motion.bytes);
+            self.end_motion();
             return Ok(());
         };
-        let allowed = self.options.max_instances;
-        if plan.motions.len() as u64 > u64::from(allowed) {
-            let (what, remedy) = ("motions", "make the renderer with a larger max_instances");
-            return Err(Error::Limit { what, needed: plan.motions.len() as u64, allowed: allowed.into(), remedy });
+        let (needed, allowed) = (plan.motions.len() as u64, self.instance_characters.len() as u64);
+        if needed > allowed {
+            return Err(Error::Limit { what: "motions", needed, allowed, remedy: "set the instances first" });
         }
-        let clip_count = self.characters.iter().map(|c| c.clip_offset + c.clip_count).max().unwrap_or(0);
-        check_motion(&plan, clip_count)?;
-        self.buffer_bytes -= self.motion.take().map_or(0, |motion| motion.bytes);
+        check_motion(&plan, &self.characters, &self.instance_characters)?;
+        self.end_motion();
         let mut up = Uploader { device, queue, bytes: 0 };
-        let motion = Motion::new(&mut up, &self.crowd, &self.frame, allowed, plan)?;
+        let motion = Motion::new(&mut up, &self.crowd, &self.frame, self.options.max_instances, plan)?;
         self.buffer_bytes += motion.bytes;
         self.motion = Some(motion);
         Ok(())
+    }
+
+    /// Instances stay at what their records say.
+    fn end_motion(&mut self) {
+        self.buffer_bytes -= self.motion.take().map_or(0, |motion| motion.bytes);
     }
 
     /// Bakes the frame that [`Technique::StaticFloor`] will draw: selects levels on the GPU as [`Technique::Bucketed`] does,
@@ -338,6 +345,9 @@ impl CrowdRenderer {
         let mut recorder = StageRecorder::new(&mut encoder, None);
         if let Some(feed) = &self.feed {
             feed.record(&mut recorder, &self.frame);
+        }
+        if let Some(motion) = &self.motion {
+            recorder.stage("play_motion", |pass| motion.record(pass, config.instance_count));
         }
         self.selection.record(&mut recorder, &config, &options);
         let choices = read_back::read_now(device, queue, encoder, &self.frame.choices, instances.len())?;
@@ -375,7 +385,7 @@ impl CrowdRenderer {
         config: &FrameConfig,
         options: impl Into<DrawOptions>,
     ) -> Result<()> {
-        let options = options.into();
+        let mut options = options.into();
         if options.technique == Technique::PseudoInstancing
             && self.instance_characters.len() < self.instance_count as usize
         {
@@ -384,6 +394,7 @@ impl CrowdRenderer {
         }
         self.prepare(device, queue, options.technique)?;
         let skinning = self.prepare_skinning(device, queue, &options);
+        options.share_poses &= skinning == Skinning::Vertex || self.prepare_sharing(device, queue, &options);
         self.draw.fit_targets(device, size, options.occludes())?;
         if options.occludes() {
             self.fit_occlusion(device, queue, size)?;
@@ -547,13 +558,12 @@ impl CrowdRenderer {
         let way = self.trial.way(options.skinning);
         // Once: whoever asks for another way by name afterwards keeps what that needs.
         let is_over = options.skinning == Skinning::Auto && self.trial.take_end();
-        let shares = options.shares_poses();
         let mut up = Uploader { device, queue, bytes: 0 };
         let Self { crowd, frame, draw, options, painters, .. } = self;
         let painter = painters[Technique::Bucketed.number()].as_mut().expect("prepared by the caller");
         if way != Skinning::Vertex {
             let workshop = Workshop { up: &mut up, crowd, frame, draw, options };
-            let prepared = painter.prepare_skinning(workshop, shares);
+            let prepared = painter.prepare_skinning(workshop);
             if let Err(error) = prepared {
                 self.trial.refuse(&error);
                 return Skinning::Vertex;
@@ -566,6 +576,24 @@ impl CrowdRenderer {
             self.skinning_bytes = 0;
         }
         way
+    }
+
+    /// Sets up what sharing poses needs, where it is asked for and fits: without it everyone is skinned by themselves.
+    fn prepare_sharing(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, options: &DrawOptions) -> bool {
+        if !options.shares_poses() || self.trial.refuses_sharing() {
+            return false;
+        }
+        let mut up = Uploader { device, queue, bytes: 0 };
+        let Self { crowd, frame, draw, options, painters, .. } = self;
+        let painter = painters[Technique::Bucketed.number()].as_mut().expect("prepared by the caller");
+        let prepared = painter.prepare_sharing(Workshop { up: &mut up, crowd, frame, draw, options });
+        if let Err(error) = &prepared {
+            self.trial.refuse_sharing(error);
+            return false;
+        }
+        self.skinning_bytes += up.bytes;
+        self.buffer_bytes += up.bytes;
+        true
     }
 
     /// How many palettes the newest frame of [`Technique::Bucketed`] had to blend, and instances' vertices to skin, where poses are shared:

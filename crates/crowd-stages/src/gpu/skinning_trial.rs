@@ -20,6 +20,8 @@ pub struct SkinningChoice {
     pub measured_ms: Option<[f32; 3]>,
     /// Why it is not what was asked for.
     pub refused: Option<String>,
+    /// Why poses are not shared though that was asked for.
+    pub sharing_refused: Option<String>,
 }
 
 /// The trial of one renderer.
@@ -31,6 +33,7 @@ pub(crate) struct SkinningTrial {
     times_ms: [Vec<f32>; 3],
     outcome: Option<(Skinning, Option<[f32; 3]>)>,
     refused: Option<String>,
+    sharing_refused: Option<String>,
     newest: Option<Skinning>,
     end_is_known: bool,
 }
@@ -51,6 +54,16 @@ impl SkinningTrial {
     /// What a way needs does not fit: the vertex shader does it from now on.
     pub(crate) fn refuse(&mut self, error: &Error) {
         self.refused = Some(error.to_string());
+    }
+
+    /// What sharing poses needs does not fit: everyone is skinned by themselves from now on, in whatever way.
+    pub(crate) fn refuse_sharing(&mut self, error: &Error) {
+        self.sharing_refused = Some(error.to_string());
+    }
+
+    /// Whether that does not fit.
+    pub(crate) fn refuses_sharing(&self) -> bool {
+        self.sharing_refused.is_some()
     }
 
     /// Frame `number` was recorded in that way. `can_measure`: its times will come back.
@@ -93,6 +106,7 @@ impl SkinningTrial {
             is_settled: asked != Skinning::Auto || self.refused.is_some() || self.outcome.is_some(),
             measured_ms: self.outcome.and_then(|(_, ms)| ms),
             refused: self.refused.clone(),
+            sharing_refused: self.sharing_refused.clone(),
         }
     }
 }
@@ -150,6 +164,11 @@ mod tests {
         trial.refuse(&Error::NoFloor);
         assert_eq!(trial.way(Skinning::Compute), Skinning::Vertex);
         assert!(trial.choice(Skinning::Auto).is_settled && trial.choice(Skinning::Auto).refused.is_some());
+        // Poses that cannot be shared leave the way as it is.
+        let mut trial = SkinningTrial::default();
+        trial.refuse_sharing(&Error::NoFloor);
+        assert_eq!(trial.way(Skinning::Compute), Skinning::Compute);
+        assert!(trial.refuses_sharing() && trial.choice(Skinning::Compute).sharing_refused.is_some());
     }
 
     #[test]

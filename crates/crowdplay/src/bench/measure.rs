@@ -118,6 +118,10 @@ fn measure_count(
     };
     let mut contenders: Vec<Contender> = asked.words.ab.iter().map(new).collect();
     let (warm_up, rounds) = (asked.words.warm_up, asked.words.rounds);
+    if asked.words.ab.iter().any(|variant| variant.fades) {
+        // Fades are put into the CPU's instances: it has to know where everyone is.
+        backend.end_simulation(&mut crowd)?;
+    }
     let mut simulate_ms = Vec::new();
     let config = frame_config(&viewer.at(start_s), plan.size, start_s, &plan.detail, budget);
     backend.show_time(&mut crowd, start_s)?;

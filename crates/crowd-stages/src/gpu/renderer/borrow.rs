@@ -34,6 +34,7 @@ impl CrowdRenderer {
         let mut up = Uploader { device, queue, bytes: 0 };
         let bound = BoundFeed::new(&mut up, feed, &self.crowd, &self.frame, count)?;
         self.return_instances(queue);
+        self.end_motion();
         self.buffer_bytes += bound.bytes;
         self.feed = Some(bound);
         self.bounds = feed.bounds;

@@ -43,18 +43,12 @@ impl Bucketed {
 }
 
 impl Painter for Bucketed {
-    fn prepare_skinning(&mut self, workshop: Workshop<'_, '_>, shares: bool) -> Result<()> {
+    fn prepare_skinning(&mut self, workshop: Workshop<'_, '_>) -> Result<()> {
+        if self.beforehand.is_some() {
+            return Ok(());
+        }
         let Workshop { up, crowd, frame, draw, options } = workshop;
-        if let Some(beforehand) = &mut self.beforehand {
-            return match shares {
-                true => beforehand.skinning.prepare_sharing(up, crowd, frame, options.max_instances, &self.draws),
-                false => Ok(()),
-            };
-        }
-        let mut skinning = PreSkinning::new(up, crowd, frame, options, &self.draws)?;
-        if shares {
-            skinning.prepare_sharing(up, crowd, frame, options.max_instances, &self.draws)?;
-        }
+        let skinning = PreSkinning::new(up, crowd, frame, options, &self.draws)?;
         let palettes = [("HAS_PALETTES", 1.0)];
         self.beforehand = Some(Beforehand {
             from_palettes: draw.pipeline_of("bucketed", &BucketDraws::INPUTS, &palettes),
@@ -64,6 +58,12 @@ impl Painter for Bucketed {
             skinning,
         });
         Ok(())
+    }
+
+    fn prepare_sharing(&mut self, workshop: Workshop<'_, '_>) -> Result<()> {
+        let Workshop { up, crowd, frame, options, .. } = workshop;
+        let Some(beforehand) = &mut self.beforehand else { return Ok(()) };
+        beforehand.skinning.prepare_sharing(up, crowd, frame, options.max_instances, &self.draws)
     }
 
     fn forget_skinning(&mut self) {

@@ -50,8 +50,14 @@ pub(crate) trait Painter: Send + Sync {
 
     /// Records the stages after the levels once more, for instances that were chosen after the first draw.
     fn record_again(&self, _recorder: &mut StageRecorder<'_>, _context: &FrameContext<'_>) {}
+
     /// Sets up what works out vertices before the draw, unless it is.
-    fn prepare_skinning(&mut self, _workshop: Workshop<'_, '_>, _shares: bool) -> Result<()> {
+    fn prepare_skinning(&mut self, _workshop: Workshop<'_, '_>) -> Result<()> {
+        Ok(())
+    }
+
+    /// Sets up what shares poses, unless it is; after [`Self::prepare_skinning`].
+    fn prepare_sharing(&mut self, _workshop: Workshop<'_, '_>) -> Result<()> {
         Ok(())
     }
 
