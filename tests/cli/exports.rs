@@ -96,17 +96,29 @@ fn a_static_mesh_needs_no_skin() {
 
 #[test]
 fn a_zebra_keeps_its_clips_and_curves() {
-    // At fewer triangles a joint may move nothing any more, and its curves are left out on reading.
-    let raw = expect_same_level("zebra.glb", 0.5, true);
+    let raw = expect_same_level("zebra.glb", 0.3, true);
     let source = load_character(&crowd_tests::folders::fixtures().join("good/zebra.glb"), &Limits::default()).unwrap();
     let names = |raw: &RawCharacter| raw.clips.iter().map(|clip| clip.name.clone()).collect::<Vec<_>>();
     assert_eq!(names(&raw), names(&source));
+    // Curves of joints that move nothing in this level are left out on reading, no others.
+    let moves = |name: &str| {
+        let mut corners = raw.mesh.triangles.iter().flatten().map(|&v| v as usize);
+        let is_joint = |joint: u16| raw.nodes[raw.joints[usize::from(joint)].node as usize].name == name;
+        corners.any(|v| (0..4).any(|i| raw.mesh.weights[v][i] > 0.0 && is_joint(raw.mesh.joints[v][i])))
+    };
     for (ours, theirs) in raw.clips.iter().zip(&source.clips) {
-        assert_eq!(ours.tracks.len(), theirs.tracks.len());
-        for (a, b) in ours.tracks.iter().zip(&theirs.tracks) {
-            assert_eq!(a.times, b.times);
+        let mut left = ours.tracks.iter();
+        for b in &theirs.tracks {
+            let name = &source.nodes[b.node as usize].name;
+            let Some(a) = left.as_slice().first().filter(|a| raw.nodes[a.node as usize].name == *name) else {
+                assert!(!moves(name), "{name} moves and has no curve");
+                continue;
+            };
+            left.next();
+            assert_eq!((a.property, &a.times), (b.property, &b.times));
             assert!(a.values.iter().zip(&b.values).all(|(x, y)| (x - y).abs() < 1e-6));
         }
+        assert_eq!(left.len(), 0, "curves of nobody");
     }
     assert_eq!(raw.images[0].bytes, source.images[0].bytes, "textures go through untouched");
 }

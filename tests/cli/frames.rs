@@ -112,3 +112,22 @@ fn a_manifest_says_which_frames_count() {
     bench.run(&[&["bake", "-o", "@b.crowdpack"], &words[..]].concat()).expect(0);
     assert!(bench.read("a.crowdpack") == bench.read("b.crowdpack"));
 }
+
+#[test]
+fn a_bake_and_inspect_say_the_same_of_how_animation_is_stored() {
+    for layout in ["3x4", "4x4"] {
+        let bench = Bench::with(&["zebra.glb"]);
+        let words = ["bake", "@zebra.glb", "-o", "@out.crowdpack", "--json", "--animation-layout", layout];
+        let said = bench.run(&[&words[..], &["--animation-error", "0.2"]].concat()).expect(0);
+        let is_told = said.err.contains("animation_error says nothing");
+        assert_eq!(is_told, layout == "4x4", "{}", said.err);
+        let baked = said.json()["characters"][0]["animation"].clone();
+        let seen = bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json();
+        let seen = seen["characters"][0]["animation"].clone();
+        for field in ["storage", "frames", "sampled_frames", "bytes", "papers_bytes", "error_m"] {
+            assert!(!seen[field].is_null());
+            assert_eq!(baked[field], seen[field], "{layout}: {field}");
+        }
+        assert_eq!(seen["storage"] == "4x4", layout == "4x4");
+    }
+}

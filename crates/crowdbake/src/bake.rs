@@ -4,6 +4,7 @@ use crate::appearance::ShownTextures;
 use crate::assemble::{used_materials, vertex_records};
 use crate::bake_levels::{BakedLevels, LevelsAsked, bake_levels};
 use crate::error::{BakeError, Cause, Step};
+use crate::inspect::AnimationInspection;
 use crate::ordered_mesh::OrderedMesh;
 use crate::plan::{Plan, PlanEntry};
 use crate::pose::{Mat3x4, pose_positions};
@@ -19,7 +20,8 @@ use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;
 
-/// Matrices over all frames of one character: bounds what sampling may allocate (96 bytes each, 1.5 GiB).
+/// Matrices over all frames of one character: bounds what sampling may allocate (112 bytes each as sampled, 1.75 GiB; as many again as
+/// they are stored).
 const MATRICES: u64 = 1 << 24;
 
 /// A coarsest level above this share of the triangles, and above this many of them, is worth a warning: a far crowd
@@ -140,10 +142,20 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         .map_err(|cause| BakeError::of(Step::Quantize, name, cause))?;
     warnings.extend(animation.warning());
     let clips = &animation.clips;
+    let frame_factors = frame_factors(&sampled, clips, &entry.clip_weights)
+        .map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
+    let ground_speed = |clip: &SampledClip| {
+        crowd_anim::ground_speed(&mesh.positions, &mesh.joints, &mesh.weights, clip, raw.joints.len())
+    };
+    // Feet are looked at in all frames, not in those that are kept.
+    let ground_speeds_m_s: Vec<f32> = sampled.par_iter().map(ground_speed).collect();
+    let contacts = |clip: &SampledClip| {
+        crowd_anim::foot_contacts(&mesh.positions, &mesh.joints, &mesh.weights, clip, raw.joints.len())
+    };
+    let feet: Vec<FootContacts> = sampled.par_iter().map(contacts).collect();
+    drop(sampled);
     clock.lap(Step::Quantize);
 
-    let frame_factors =
-        frame_factors(clips, &entry.clip_weights).map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
     let lod_options = LodOptions {
         criteria: entry.criteria,
         frames: entry.frames,
@@ -171,15 +183,6 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     clock.lap(Step::Simplify);
 
     let clip_bounds: Vec<Bounds> = clips.par_iter().map(|clip| bound_clip(&mesh, &order, clip, &raw)).collect();
-    let ground_speed = |clip: &SampledClip| {
-        crowd_anim::ground_speed(&mesh.positions, &mesh.joints, &mesh.weights, clip, raw.joints.len())
-    };
-    // Feet are looked at in all frames, not in those that are kept.
-    let ground_speeds_m_s: Vec<f32> = sampled.par_iter().map(ground_speed).collect();
-    let contacts = |clip: &SampledClip| {
-        crowd_anim::foot_contacts(&mesh.positions, &mesh.joints, &mesh.weights, clip, raw.joints.len())
-    };
-    let feet: Vec<FootContacts> = sampled.par_iter().map(contacts).collect();
     let bounds = crowd_anim::union_bounds(&clip_bounds);
     let height_m = height_at_rest(&mesh, &order.vertex_source, &rest_palette);
     clock.lap(Step::Bound);
@@ -259,19 +262,27 @@ pub(crate) fn sample_clips(raw: &RawCharacter, fps: f32) -> Result<(Vec<SampledC
     Ok((sampled?, rest_palette))
 }
 
-/// For each frame of all clips, how much its clip counts; empty where all count alike.
-fn frame_factors(clips: &[SampledClip], clip_weights: &[(String, f32)]) -> Result<Vec<f32>, Cause> {
-    if clip_weights.is_empty() {
-        return Ok(Vec::new());
-    }
-    let mut factors = vec![1.0_f32; clips.len()];
+/// For each frame that is kept of all clips, how much it counts; empty where all count alike. A frame stands for those that were
+/// left out beside it, so a clip counts by its time, however few of its frames are kept.
+fn frame_factors(
+    sampled: &[SampledClip],
+    kept: &[SampledClip],
+    clip_weights: &[(String, f32)],
+) -> Result<Vec<f32>, Cause> {
+    let mut factors = vec![1.0_f32; kept.len()];
     for (asked, weight) in clip_weights {
-        let names = clips.iter().map(|clip| clip.name.as_str());
+        let names = kept.iter().map(|clip| clip.name.as_str());
         for index in matching_clips(names, asked)? {
             factors[index] *= weight;
         }
     }
-    let frames = clips.iter().zip(&factors);
+    for ((factor, sampled), kept) in factors.iter_mut().zip(sampled).zip(kept) {
+        *factor *= sampled.frame_count as f32 / kept.frame_count.max(1) as f32;
+    }
+    if factors.iter().all(|factor| *factor == 1.0) {
+        return Ok(Vec::new());
+    }
+    let frames = kept.iter().zip(&factors);
     Ok(frames.flat_map(|(clip, &factor)| std::iter::repeat_n(factor, clip.frame_count as usize)).collect())
 }
 
@@ -478,7 +489,8 @@ fn say_baked(talk: &Talk<'_>, baked: &BakedCharacter, seconds: f64) {
         coarsest.vertex_count,
         baked.animation.clips.len(),
     ));
-    say_animation(talk, baked);
+    let animation = AnimationInspection::of_bake(&baked.animation, baked.raw.joints.len());
+    talk.note(format_args!("  animation: {}", animation.words()));
     if let Some(sentence) = check_sentence(&baked.order.frames) {
         talk.note(format_args!("  {sentence}"));
     }
@@ -489,21 +501,6 @@ fn say_baked(talk: &Talk<'_>, baked: &BakedCharacter, seconds: f64) {
     for step in &baked.steps {
         talk.detail(format_args!("  {}: {} {:.3} s", baked.name, step.step.name(), step.seconds));
     }
-}
-
-/// How the animation is stored, and beside the papers' layout.
-fn say_animation(talk: &Talk<'_>, baked: &BakedCharacter) {
-    let animation = &baked.animation;
-    let (bytes, papers) = (animation.bytes(), animation.papers_bytes(baked.raw.joints.len()));
-    talk.note(format_args!(
-        "  animation: {}, {} of {} frames, off by {:.2} mm at most, {} bytes: {:.3} of four RGBA32F texels a joint",
-        animation.storage.name(),
-        animation.clips.iter().map(|clip| clip.frame_count).sum::<u32>(),
-        animation.sampled_frames,
-        animation.error_m * 1e3,
-        crate::inspect::grouped(bytes),
-        bytes as f64 / papers.max(1) as f64,
-    ));
 }
 
 /// One line a discrete level: asked for, got, reached or what holds it.
@@ -587,9 +584,28 @@ impl<'a, 't> ShareWatch<'a, 't> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crowd_anim::RootMotion;
 
     fn clips(names: &[&str]) -> Vec<RawClip> {
         names.iter().map(|name| RawClip { name: (*name).to_owned(), tracks: Vec::new() }).collect()
+    }
+
+    #[test]
+    fn a_clip_counts_by_its_time_however_few_frames_are_kept() {
+        let clip = |(name, frame_count): (&str, u32)| SampledClip {
+            name: name.to_owned(),
+            duration_s: 1.0,
+            frame_count,
+            palettes: Vec::new(),
+            worlds: Vec::new(),
+            root_motion: RootMotion::default(),
+            loop_gap_m: 0.0,
+        };
+        let of = |counts: [u32; 2]| ["idle", "walk"].into_iter().zip(counts).map(clip).collect::<Vec<_>>();
+        assert_eq!(frame_factors(&of([6, 3]), &of([6, 3]), &[]).expect("no names"), Vec::<f32>::new());
+        assert_eq!(frame_factors(&of([6, 3]), &of([2, 3]), &[]).expect("no names"), [3.0, 3.0, 1.0, 1.0, 1.0]);
+        let twice = [("walk".to_owned(), 2.0)];
+        assert_eq!(frame_factors(&of([6, 2]), &of([2, 2]), &twice).expect("one is there"), [3.0, 3.0, 2.0, 2.0]);
     }
 
     #[test]

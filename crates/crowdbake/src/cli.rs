@@ -222,8 +222,8 @@ impl StorageWord {
 
 /// Percent of the height, with or without the sign, as a share.
 pub(crate) fn parse_animation_error(text: &str) -> Result<f32, String> {
-    let number = text.trim().trim_end_matches('%').trim_end().parse::<f32>();
-    match number {
+    let text = text.trim();
+    match text.strip_suffix('%').unwrap_or(text).trim_end().parse::<f32>() {
         Ok(percent) if (0.0..=10.0).contains(&percent) => Ok(percent / 100.0),
         _ => Err(format!("found {text}, allowed 0 to 10, percent of the height")),
     }

@@ -4,6 +4,7 @@ use crate::bake::warning_sentence;
 use crate::error::{BakeError, Cause, Step};
 use crate::lod_target::LodTarget;
 use crate::report::SCHEMA_VERSION;
+use crate::store_animation::{StoredAnimation, storage_name};
 use crate::unpack::Unpacked;
 use crate::views;
 use crowd_lod::{LodMesh, SeamReport};
@@ -86,7 +87,7 @@ pub struct CharacterInspection {
 }
 
 /// How animation is stored.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct AnimationInspection {
     /// `f32`, `f16` or `quantized`; `4x4` in the papers' layout.
     pub storage: &'static str,
@@ -356,12 +357,9 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
 
 /// How a packed character's animation is stored.
 pub(crate) fn inspect_animation(character: &Unpacked<'_>) -> AnimationInspection {
-    let storage = match character.contents.manifest.animation_layout {
-        AnimationLayout::Premultiplied3x4 => character.record.storage().unwrap_or_default().name(),
-        AnimationLayout::Split4x4 => "4x4",
-    };
+    let layout = character.contents.manifest.animation_layout;
     AnimationInspection {
-        storage,
+        storage: storage_name(layout, character.record.storage().unwrap_or_default()),
         error_m: character.record.storage_error_m,
         frames: character.clips.iter().map(|clip| clip.frame_count).sum(),
         sampled_frames: character.clips.iter().map(|clip| character.sampled_frames(clip)).sum(),
@@ -371,6 +369,18 @@ pub(crate) fn inspect_animation(character: &Unpacked<'_>) -> AnimationInspection
 }
 
 impl AnimationInspection {
+    /// Of what a bake stores.
+    pub(crate) fn of_bake(animation: &StoredAnimation, joint_count: usize) -> Self {
+        Self {
+            storage: animation.storage_name(),
+            error_m: animation.error_m,
+            frames: animation.clips.iter().map(|clip| clip.frame_count).sum(),
+            sampled_frames: animation.sampled_frames.into(),
+            bytes: animation.bytes(joint_count),
+            papers_bytes: animation.papers_bytes(joint_count),
+        }
+    }
+
     /// In words.
     pub(crate) fn words(&self) -> String {
         format!(

@@ -175,12 +175,15 @@ fn store_as_papers(plan: &mut Plan) {
         return;
     }
     for entry in &mut plan.entries {
-        if entry.storage.storage.is_some_and(|storage| storage != JointStorage::F32) {
-            let name = &entry.name;
-            plan.notes
-                .push(format!("{name}: the 4x4 layout holds floats of all frames, animation_storage says nothing"));
+        let other_storage = entry.storage.storage.is_some_and(|storage| storage != JointStorage::F32);
+        let other_error = entry.storage.error_share != StorageAsked::default().error_share;
+        for (asked, what) in [(other_storage, "animation_storage"), (other_error, "animation_error")] {
+            if asked {
+                let name = &entry.name;
+                plan.notes.push(format!("{name}: the 4x4 layout holds floats of all frames, {what} says nothing"));
+            }
         }
-        entry.storage = StorageAsked::exact();
+        entry.storage = StorageAsked::papers();
     }
 }
 
@@ -355,6 +358,7 @@ fn entry_of(found: Found, options: &BakeOptions) -> PlanEntry {
                 .animation_error
                 .or(found.settings.animation_error)
                 .unwrap_or(StorageAsked::default().error_share),
+            ..StorageAsked::default()
         },
         levels: LevelsAsked {
             targets: found.settings.lods.unwrap_or_default(),

@@ -3,6 +3,7 @@
 use crate::bake::{BakedCharacter, StepTime};
 use crate::bake_levels::BakedLevel;
 use crate::error::BakeError;
+use crate::inspect::AnimationInspection;
 use crate::plan::{Plan, PlanEntry, criteria_name, frames_name};
 use crowd_pack::JointStorage;
 use serde::Serialize;
@@ -106,20 +107,11 @@ pub struct AnimationCounts {
     pub joints: u32,
     /// Clips.
     pub clips: u32,
-    /// Frames over all clips, as stored.
-    pub frames: u32,
-    /// Frames over all clips, as sampled.
-    pub sampled_frames: u32,
-    /// How joints are stored: `f32`, `f16` or `quantized`.
-    pub storage: &'static str,
-    /// The largest distance of a vertex from where the sampled clips put it, in any frame or between, metres.
-    pub error_m: f32,
+    /// How they are stored.
+    #[serde(flatten)]
+    pub stored: AnimationInspection,
     /// What was allowed, metres.
     pub allowed_m: f32,
-    /// Bytes of all clips.
-    pub bytes: u64,
-    /// Bytes of the sampled frames in the papers' layout, 64 a joint.
-    pub papers_bytes: u64,
     /// Smaller storages that would have been off by more than allowed.
     pub passed_over: Vec<PassedOverReport>,
 }
@@ -287,13 +279,8 @@ impl CharacterReport {
         self.animation = Some(AnimationCounts {
             joints: baked.raw.joints.len() as u32,
             clips: animation.clips.len() as u32,
-            frames: animation.clips.iter().map(|clip| clip.frame_count).sum(),
-            sampled_frames: animation.sampled_frames,
-            storage: animation.storage.name(),
-            error_m: animation.error_m,
+            stored: AnimationInspection::of_bake(animation, baked.raw.joints.len()),
             allowed_m: animation.allowed_m,
-            bytes: animation.bytes(),
-            papers_bytes: animation.papers_bytes(baked.raw.joints.len()),
             passed_over: animation.passed_over.iter().map(passed_over).collect(),
         });
         self.frames = FramesReport {

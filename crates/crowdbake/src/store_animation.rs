@@ -3,7 +3,7 @@
 use crate::error::Cause;
 use crate::views::{self, QuantizedMesh};
 use crowd_anim::{ClipView, Joint, SampledClip, Skeleton, frames_apart, sample_frames};
-use crowd_pack::{JointStorage, SPLIT_JOINT_BYTES, Texel, store_frame, stored_frames};
+use crowd_pack::{AnimationLayout, JointStorage, SPLIT_JOINT_BYTES, Texel, store_frame, stored_frames};
 use crowd_source::{RawCharacter, Warning};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -19,24 +19,33 @@ pub struct StorageAsked {
     pub storage: Option<JointStorage>,
     /// What vertices may be off by in any frame or between, as a share of the height at rest. 0 keeps every frame as it was sampled.
     pub error_share: f32,
+    /// Layout of the pack. The papers' has full floats of every frame, whatever the others say.
+    pub layout: AnimationLayout,
 }
 
 impl Default for StorageAsked {
     fn default() -> Self {
-        Self { storage: None, error_share: DEFAULT_ERROR_SHARE }
+        Self { storage: None, error_share: DEFAULT_ERROR_SHARE, layout: AnimationLayout::default() }
     }
 }
 
 impl StorageAsked {
     /// Every frame as it was sampled.
     pub fn exact() -> Self {
-        Self { storage: Some(JointStorage::F32), error_share: 0.0 }
+        Self { storage: Some(JointStorage::F32), error_share: 0.0, ..Self::default() }
+    }
+
+    /// The papers' layout.
+    pub fn papers() -> Self {
+        Self { layout: AnimationLayout::Split4x4, ..Self::exact() }
     }
 }
 
 /// A character's clips as they are stored.
 #[derive(Debug, Clone, Default)]
 pub struct StoredAnimation {
+    /// Layout of the pack.
+    pub layout: AnimationLayout,
     /// How joints are stored.
     pub storage: JointStorage,
     /// The clips, matrices as a reader gets them.
@@ -54,9 +63,14 @@ pub struct StoredAnimation {
 }
 
 impl StoredAnimation {
-    /// Bytes of all clips.
-    pub fn bytes(&self) -> u64 {
-        self.texels.iter().map(|texels| size_of_val(texels.as_slice()) as u64).sum()
+    /// Bytes of all clips in the pack.
+    pub fn bytes(&self, joint_count: usize) -> u64 {
+        animation_bytes(self.layout, self.storage, joint_count as u32, self.clips.iter().map(|clip| clip.frame_count))
+    }
+
+    /// How joints are stored, in a word: `f32`, `f16` or `quantized`; `4x4` in the papers' layout.
+    pub fn storage_name(&self) -> &'static str {
+        storage_name(self.layout, self.storage)
     }
 
     /// Bytes that the papers' layout takes: 64 a joint and sampled frame (Dong 2019 §5.1).
@@ -81,6 +95,25 @@ impl StoredAnimation {
         };
         Some(Warning { code: "animation-storage", place: "animation".to_owned(), count: 1, message })
     }
+}
+
+/// A storage in a word: `f32`, `f16` or `quantized`; `4x4` for the papers' layout.
+pub(crate) fn storage_name(layout: AnimationLayout, storage: JointStorage) -> &'static str {
+    match layout {
+        AnimationLayout::Premultiplied3x4 => storage.name(),
+        AnimationLayout::Split4x4 => "4x4",
+    }
+}
+
+/// Bytes that clips of so many frames take in a pack.
+pub(crate) fn animation_bytes(
+    layout: AnimationLayout,
+    storage: JointStorage,
+    joint_count: u32,
+    frame_counts: impl Iterator<Item = u32>,
+) -> u64 {
+    let frame_bytes = u64::from(layout.frame_texels(storage, joint_count)) * size_of::<Texel>() as u64;
+    frame_counts.map(|frames| u64::from(frames) * frame_bytes).sum()
 }
 
 /// What is measured on: every vertex that differs from others in place, joints or weights.
@@ -129,6 +162,7 @@ pub fn store_animation(
     let allowed_m = height_m * asked.error_share;
     let mut stored = StoredAnimation {
         allowed_m,
+        layout: asked.layout,
         sampled_frames: clips.iter().map(|clip| clip.frame_count).sum(),
         ..StoredAnimation::default()
     };

@@ -5,9 +5,10 @@ use crate::cli::BakeOptions;
 use crate::error::{BakeError, Cause, Step};
 use crate::plan::PlanEntry;
 use crate::pose::Mat3x4;
+use crate::store_animation::animation_bytes;
 use crowd_pack::{
     AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, MAGIC, ManifestCharacter,
-    MaterialRecord, Pack, PackContents, SPLIT_JOINT_BYTES, Texel, VertexRecord, stored_frames,
+    MaterialRecord, Pack, PackContents, SPLIT_JOINT_BYTES, VertexRecord, stored_frames,
 };
 use glam::{Mat4, Quat, Vec3};
 use std::io::Read;
@@ -204,9 +205,8 @@ impl<'a> Unpacked<'a> {
 
     /// Bytes of all clips.
     pub fn animation_bytes(&self) -> u64 {
-        let layout = self.contents.manifest.animation_layout;
-        let texels = layout.frame_texels(self.record.storage().unwrap_or_default(), self.record.joint_count);
-        self.clips.iter().map(|clip| u64::from(clip.frame_count) * u64::from(texels) * size_of::<Texel>() as u64).sum()
+        let (layout, storage) = (self.contents.manifest.animation_layout, self.record.storage().unwrap_or_default());
+        animation_bytes(layout, storage, self.record.joint_count, self.clips.iter().map(|clip| clip.frame_count))
     }
 
     /// Frames of a clip at the rate asked for, of which the pack may keep fewer.

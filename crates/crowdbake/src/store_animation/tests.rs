@@ -54,8 +54,8 @@ fn no_vertex_is_ever_off_by_more_than_is_said_and_allowed() {
     let raw = tube();
     let mut last_bytes = u64::MAX;
     for error_share in [0.0, 0.000_1, 0.001, 0.01] {
-        let (mesh, sampled, stored) = store(&raw, StorageAsked { storage: None, error_share });
-        assert!(stored.error_m <= stored.allowed_m && stored.bytes() <= last_bytes, "{error_share}");
+        let (mesh, sampled, stored) = store(&raw, StorageAsked { error_share, ..StorageAsked::default() });
+        assert!(stored.error_m <= stored.allowed_m && stored.bytes(raw.joints.len()) <= last_bytes, "{error_share}");
         let found = looked_at(&mesh, &sampled[0], &stored.clips[0], raw.joints.len());
         assert!(found <= stored.error_m + 1e-5, "{error_share}: {found} m, said {}", stored.error_m);
         assert!(found >= stored.error_m * 0.9 - 1e-5, "{error_share}: the error is no mere bound");
@@ -65,7 +65,7 @@ fn no_vertex_is_ever_off_by_more_than_is_said_and_allowed() {
         } else {
             assert_eq!((stored.storage, stored.warning()), (JointStorage::Quantized, None));
         }
-        last_bytes = stored.bytes();
+        last_bytes = stored.bytes(raw.joints.len());
     }
     assert!(last_bytes * 4 < store(&raw, StorageAsked::exact()).2.papers_bytes(raw.joints.len()));
 }
