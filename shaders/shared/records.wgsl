@@ -43,6 +43,9 @@ const WEIGHT_AREA: u32 = 0u;
 const WEIGHT_AREA_DISTANCE: u32 = 1u;
 const WEIGHT_ERROR: u32 = 2u;
 
+// The budget counts triangles, not vertices.
+const BUDGET_TRIANGLES: u32 = 1u;
+
 // How joints are stored.
 const JOINTS_F32: u32 = 0u;
 const JOINTS_F16: u32 = 1u;
@@ -178,7 +181,11 @@ struct FrameConfig {
     dot_area_px2: f32,
     hold_far_m: f32,
     hold_px: f32,
-    reserved: u32,
+    budget_in: u32,
+    slack: u32,
+    water_before_bits: u32,
+    reserved_a: u32,
+    reserved_b: u32,
 }
 
 struct CullRecord {
@@ -246,7 +253,10 @@ struct FillState {
     low_count: u32,
     pass_number: u32,
     candidates: array<u32, FILL_CANDIDATES>,
-    reserved: array<u32, 4>,
+    goal: u32,
+    high_count: u32,
+    smooth_bits: u32,
+    reserved: u32,
 }
 
 struct PyramidLevel {
@@ -517,6 +527,20 @@ fn saturating_add(a: u32, b: u32) -> u32 {
 // Vertices that an instance has at least: of one dot where it may be dots, else of the coarsest mesh.
 fn least_count(min_vertex_count: u32, area_px2: f32, dot_area_px2: f32) -> u32 {
     return select(min_vertex_count, min(min_vertex_count, DOT_VERTICES), area_px2 < dot_area_px2);
+}
+
+// What it takes of the budget at least.
+fn least_spent(character: CharacterRecord, area_px2: f32, dot_area_px2: f32, budget_in: u32) -> u32 {
+    if budget_in == BUDGET_TRIANGLES {
+        let count = character.min_triangle_count;
+        return select(count, min(count, 1u), area_px2 < dot_area_px2);
+    }
+    return least_count(character.min_vertex_count, area_px2, dot_area_px2);
+}
+
+// What a level takes of the budget.
+fn spent(level: vec2u, budget_in: u32) -> u32 {
+    return select(level.x, level.y, budget_in == BUDGET_TRIANGLES);
 }
 
 // Bucket of a character's quantised level, 0 the coarsest.

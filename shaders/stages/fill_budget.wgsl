@@ -1,4 +1,4 @@
-// Water filling: the highest level of water (vertices a unit of weight) at which the crowd fits the budget, by three passes
+// Water filling: the highest level of water (vertices a unit of weight; they or their triangles count) at which the crowd fits the budget, by three passes
 // over sixteen candidates each; what is left goes to the first instances as a step towards the next candidate.
 // Integers and single products only, so the twin is equal. Twin: crowd-stages/src/cpu/fill_budget.rs.
 
@@ -33,16 +33,27 @@ fn exponent_of(value: f32) -> i32 {
     return i32((bitcast<u32>(value) >> 23u) & 0xffu) - 127;
 }
 
-// The first candidates: powers of two around Eq. 1's level, then the highest, and Eq. 1's own, to tell what it comes to.
+// Whether the water may stay where it was.
+fn has_before() -> bool {
+    return config.slack > 0u && config.water_before_bits > 0u;
+}
+
+// The first candidates: powers of two around Eq. 1's level, then the highest, and Eq. 1's own, to tell what it comes to. Where the
+// water may stay, its height before comes first.
 @compute @workgroup_size(1)
 fn begin() {
     let around = exponent_of(f32(config.budget)) - exponent_of(sums.weight);
     fill.low_bits = 0u;
     fill.high_bits = HIGHEST_BITS;
     fill.low_count = sums.min_vertex_count;
+    fill.high_count = 0xffffffffu;
     fill.pass_number = 0u;
+    fill.goal = config.budget;
     for (var c = 0u; c < FILL_CANDIDATES - 2u; c++) {
         fill.candidates[c] = power_bits(around + i32(c) - 6);
+    }
+    if has_before() {
+        fill.candidates[0] = min(config.water_before_bits, HIGHEST_BITS);
     }
     fill.candidates[FILL_CANDIDATES - 2u] = HIGHEST_BITS;
     fill.candidates[FILL_CANDIDATES - 1u] = 0u;
@@ -64,13 +75,19 @@ fn level_in(number: u32, character: CharacterRecord, cull: CullRecord, bits: u32
     return lods[character.lod_offset + u32(k)];
 }
 
-// Vertices of an instance in water of four heights.
+// What an instance takes of the budget in water that high.
+fn spent_in(number: u32, character: CharacterRecord, cull: CullRecord, bits: u32) -> u32 {
+    let level = level_in(number, character, cull, bits);
+    return spent(vec2u(level.vertex_count, level.triangle_count), config.budget_in);
+}
+
+// The same in water of four heights.
 fn counts_in(number: u32, character: CharacterRecord, cull: CullRecord, bits: vec4u) -> vec4u {
     return vec4u(
-        level_in(number, character, cull, bits.x).vertex_count,
-        level_in(number, character, cull, bits.y).vertex_count,
-        level_in(number, character, cull, bits.z).vertex_count,
-        level_in(number, character, cull, bits.w).vertex_count,
+        spent_in(number, character, cull, bits.x),
+        spent_in(number, character, cull, bits.y),
+        spent_in(number, character, cull, bits.z),
+        spent_in(number, character, cull, bits.w),
     );
 }
 
@@ -151,6 +168,11 @@ fn narrow(@builtin(local_invocation_index) lane: u32) {
     let high_before = fill.high_bits;
     var low = fill.low_bits;
     var high = high_before;
+    var low_count = fill.low_count;
+    var high_count = fill.high_count;
+    var goal = fill.goal;
+    let least = config.budget - min(config.slack, config.budget);
+    var stays = false;
     for (var c = 0u; c < FILL_CANDIDATES; c++) {
         var count = 0u;
         for (var chunk = 0u; chunk < chunks; chunk++) {
@@ -158,22 +180,44 @@ fn narrow(@builtin(local_invocation_index) lane: u32) {
         }
         if is_first && c == FILL_CANDIDATES - 1u {
             // Of pixels it makes no sense.
-            sums.wanted_count = select(count, 0u, config.weight == WEIGHT_ERROR);
+            let has_plain = config.weight != WEIGHT_ERROR && config.budget_in != BUDGET_TRIANGLES;
+            sums.wanted_count = select(0u, count, has_plain);
             break;
         }
         let bits = fill.candidates[c];
-        if count <= config.budget {
+        if is_first && c == 0u && has_before() {
+            stays = count >= least && count <= config.budget;
+            goal = select(config.budget, least, count < least);
+            if stays {
+                low = bits;
+                high = bits;
+                low_count = count;
+                high_count = count;
+            }
+        }
+        if stays {
+            // Nothing is left to search between equal heights.
+            continue;
+        }
+        if count <= goal {
             if bits >= low {
                 low = bits;
-                fill.low_count = count;
+                low_count = count;
             }
-        } else {
-            high = min(high, bits);
+        } else if bits < high {
+            high = bits;
+            high_count = count;
         }
     }
     high = max(high, low);
+    fill.goal = goal;
     fill.low_bits = low;
     fill.high_bits = high;
+    fill.low_count = low_count;
+    fill.high_count = high_count;
+    let left = f32(max(goal, low_count) - low_count);
+    let part = min(left / f32(max(max(high_count, low_count) - low_count, 1u)), 1.0);
+    fill.smooth_bits = low + u32(f32(high - low) * part);
     sums.water_bits = low;
     fill.pass_number++;
     let step = max((high - low) / (FILL_CANDIDATES + 1u), 1u);
@@ -182,7 +226,7 @@ fn narrow(@builtin(local_invocation_index) lane: u32) {
     }
 }
 
-// How many more vertices the instance takes in the higher water.
+// How much more of the budget the instance takes in the higher water.
 fn step_of(i: u32) -> u32 {
     if i >= config.instance_count || culled[i].visible == 0u {
         return 0u;
@@ -190,8 +234,8 @@ fn step_of(i: u32) -> u32 {
     let number = instances[i].character;
     let character = characters[number];
     let cull = culled[i];
-    return level_in(number, character, cull, fill.high_bits).vertex_count
-        - level_in(number, character, cull, fill.low_bits).vertex_count;
+    let low = spent_in(number, character, cull, fill.low_bits);
+    return max(spent_in(number, character, cull, fill.high_bits), low) - low;
 }
 
 @compute @workgroup_size(BLOCK_SIZE)
@@ -243,7 +287,7 @@ fn choose_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocat
         return;
     }
     var bits = fill.low_bits;
-    let left = max(config.budget, fill.low_count) - fill.low_count;
+    let left = max(fill.goal, fill.low_count) - fill.low_count;
     if saturating_add(block_counts[block], sum_up_to(lane)) <= left {
         bits = fill.high_bits;
     }

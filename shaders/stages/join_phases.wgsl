@@ -16,7 +16,9 @@ fn begin_second() {
     first_totals = totals;
     second_fill.low_bits = 0u;
     second_fill.high_bits = fill.low_bits;
-    second_fill.low_count = saturating_add(totals.vertex_count, second_sums.min_vertex_count);
+    second_fill.goal = config.budget;
+    let first = spent(vec2u(totals.vertex_count, totals.triangle_count), config.budget_in);
+    second_fill.low_count = saturating_add(first, second_sums.min_vertex_count);
 }
 
 @compute @workgroup_size(1)
@@ -31,7 +33,7 @@ fn join() {
         vertex_count,
         triangle_count,
         saturating_add(sums.min_vertex_count, second_sums.min_vertex_count),
-        select(0u, OVERFLOW_BUDGET, vertex_count > config.budget) | unskinned,
+        select(0u, OVERFLOW_BUDGET, spent(vec2u(vertex_count, triangle_count), config.budget_in) > config.budget) | unskinned,
         vertex_count,
         triangle_count,
         first_totals.draw_count + totals.draw_count,

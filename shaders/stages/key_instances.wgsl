@@ -18,7 +18,7 @@ fn fraction_of(levels: BucketSet, level: u32, weight: f32) -> f32 {
     if level + 1u < levels.level_count {
         finer = buckets[bucket_of_level(levels, level + 1u)].vertex_count;
     }
-    let above = weight * bitcast<f32>(fill.low_bits) - f32(bucket.vertex_count);
+    let above = weight * bitcast<f32>(fill.smooth_bits) - f32(bucket.vertex_count);
     return clamp(above / f32(max(finer - bucket.vertex_count, 1u)), 0.0, 1.0);
 }
 

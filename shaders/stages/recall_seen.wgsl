@@ -37,8 +37,8 @@ fn recall(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_ind
         if was_hidden && culled[i].visible != 0u {
             // The weight stays: it tells who waits from who is outside.
             culled[i].visible = 0u;
-            let min_vertex_count = characters[instances[i].character].min_vertex_count;
-            mins[lane] = least_count(min_vertex_count, culled[i].area_px2, config.dot_area_px2);
+            let character = characters[instances[i].character];
+            mins[lane] = least_spent(character, culled[i].area_px2, config.dot_area_px2, config.budget_in);
             counts[lane] = 1u;
         }
     }

@@ -35,8 +35,8 @@ fn sum_blocks(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
         let cull = culled[i];
         if cull.visible != 0u {
             weights[lane] = cull.weight;
-            let min_vertex_count = characters[instances[i].character].min_vertex_count;
-            mins[lane] = least_count(min_vertex_count, cull.area_px2, config.dot_area_px2);
+            let character = characters[instances[i].character];
+            mins[lane] = least_spent(character, cull.area_px2, config.dot_area_px2, config.budget_in);
             visibles[lane] = 1u;
         }
     }

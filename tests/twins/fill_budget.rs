@@ -2,7 +2,7 @@
 
 use crate::cases::{Case, Selected, buckets, case, cases, close, data, dotted, first_difference};
 use crowd_pack::LodRecord;
-use crowd_stages::{FillState, LodChoice, Weight, WeightSums, cpu, gpu::FillBudget};
+use crowd_stages::{BudgetIn, FillState, LodChoice, Weight, WeightSums, cpu, gpu::FillBudget};
 use crowd_tests::gpu;
 use proptest::prelude::*;
 
@@ -176,6 +176,118 @@ fn at_least_99_percent_is_used_when_more_is_wanted() {
     let case = case(1000, 150, Weight::Area);
     let plain = case.select().choices;
     assert!(misspent(&case, &plain, u64::from(case.config.budget) / 100).is_some());
+}
+
+/// The same case with a budget of triangles.
+fn in_triangles(mut case: Case) -> Case {
+    case.config.budget_in = BudgetIn::Triangles as u32;
+    case
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn levels_by_triangles_are_equal_and_others_than_by_vertices() {
+    let quantized = buckets().quantized_lods(data());
+    for case in cases().chain(budgets()).chain(budgets().map(dotted)).map(in_triangles) {
+        let selected = case.select_culled();
+        let (choices, fill, sums) = on_gpu(&case, &quantized, &selected);
+        let expected = on_cpu(&case, &quantized, &selected);
+        let budget = case.config.budget;
+        assert_eq!(first_difference(&choices, &expected.0), None, "{} instances, {budget}", case.count());
+        assert_eq!((fill.low_bits, fill.low_count, fill.goal), (expected.1.low_bits, expected.1.low_count, budget));
+        assert_eq!((sums.min_vertex_count, sums.wanted_count), (expected.2.min_vertex_count, 0));
+    }
+    let by_vertices = case(1000, 30, Weight::Area);
+    let by_triangles = in_triangles(case(1000, 30, Weight::Area));
+    let of = |case: &Case| on_cpu(case, &quantized, &case.select_culled()).0;
+    assert_ne!(of(&by_vertices), of(&by_triangles));
+}
+
+/// Triangles of the levels, of the coarsest and of full detail of the visible, against the budget: as [`misspent`].
+fn misspent_triangles(case: &Case, choices: &[LodChoice], allowance: u64) -> Option<String> {
+    let (mut used, mut least, mut full) = (0, 0, 0);
+    for (instance, choice) in case.instances.iter().zip(choices).filter(|(_, c)| c.vertex_count > 0) {
+        let character = &case.data.characters[instance.character as usize];
+        used += u64::from(choice.triangle_count);
+        least += u64::from(character.min_triangle_count);
+        full += u64::from(character.triangle_count);
+    }
+    let n = u64::from(case.config.budget);
+    let expected = n.clamp(least, full.max(least));
+    (used > n.max(least) || used + allowance < expected).then(|| format!("{used} of {n} used, {least} to {full}"))
+}
+
+#[test]
+fn at_least_99_percent_of_a_budget_of_triangles_is_used_when_more_is_wanted() {
+    let quantized = buckets().quantized_lods(data());
+    for weight in [Weight::Area, Weight::AreaDistance] {
+        for each in [20, 50, 100, 150, 400, 900] {
+            let case = in_triangles(case(1000, each, weight));
+            for lods in [&data().lods, &quantized] {
+                let (choices, _, _) = on_cpu(&case, lods, &case.select_culled());
+                let allowance = u64::from(case.config.budget) / 100;
+                assert_eq!(misspent_triangles(&case, &choices, allowance), None, "{each} each");
+            }
+        }
+    }
+    // A budget of vertices is another one, so the check can fail.
+    let case = case(1000, 150, Weight::Area);
+    let (choices, _, _) = on_cpu(&case, &quantized, &case.select_culled());
+    assert!(misspent_triangles(&case, &choices, u64::from(case.config.budget) / 100).is_some());
+}
+
+/// A case whose water may stay, after a frame that had it so high.
+fn after(mut case: Case, slack: u32, water_before_bits: u32) -> Case {
+    (case.config.slack, case.config.water_before_bits) = (slack, water_before_bits);
+    case
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn water_that_may_stay_is_equally_high_on_both_sides() {
+    let quantized = buckets().quantized_lods(data());
+    let budget = case(1000, 60, Weight::Area).config.budget;
+    let case_of = |before: u32| after(case(1000, 60, Weight::Area), budget / 100, before);
+    let first = case_of(0);
+    let selected = first.select_culled();
+    let (_, fill, _) = on_cpu(&first, &quantized, &selected);
+    assert_eq!(fill.goal, budget, "nobody was there before");
+    for factor in [0.0, 0.3, 0.97, 0.995, 1.0, 1.004, 1.1, 40.0] {
+        let before = (f32::from_bits(fill.low_bits) * factor).to_bits();
+        for case in [case_of(before), in_triangles(case_of(before))] {
+            let selected = case.select_culled();
+            let (choices, gpu_fill, _) = on_gpu(&case, &quantized, &selected);
+            let expected = on_cpu(&case, &quantized, &selected);
+            assert_eq!(first_difference(&choices, &expected.0), None, "{factor}");
+            let of = |f: FillState| (f.low_bits, f.high_bits, f.low_count, f.goal);
+            assert_eq!(of(gpu_fill), of(expected.1), "{factor}");
+            assert!(gpu_fill.smooth_bits.abs_diff(expected.1.smooth_bits) <= 2, "{gpu_fill:?}, {:?}", expected.1);
+        }
+    }
+}
+
+/// It stays while what it comes to is between the budget less the slack and the budget; else it goes to the nearer of the two.
+#[test]
+fn water_stays_or_goes_to_the_nearer_edge_of_the_slack() {
+    let quantized = buckets().quantized_lods(data());
+    let plain = case(1000, 60, Weight::Area);
+    let (budget, selected) = (plain.config.budget, plain.select_culled());
+    let slack = budget / 50;
+    let of = |before: u32| {
+        let case = after(case(1000, 60, Weight::Area), slack, before);
+        let (choices, fill, _) = on_cpu(&case, &quantized, &selected);
+        (choices.iter().map(|choice| choice.vertex_count).sum::<u32>(), fill)
+    };
+    let (full, top) = of(0);
+    let height = |factor: f32| (f32::from_bits(top.low_bits) * factor).to_bits();
+    let (kept, fill) = of(height(0.99));
+    assert_eq!((fill.low_bits, fill.high_bits, fill.smooth_bits), (height(0.99), height(0.99), height(0.99)));
+    assert!((budget - slack..full).contains(&kept), "{kept}");
+    let (risen, fill) = of(height(0.5));
+    assert!(fill.low_bits > height(0.5) && fill.low_bits < top.low_bits);
+    assert!(risen <= budget - slack && risen + budget / 100 > budget - slack, "{risen}: only as far as it must");
+    let (fallen, _) = of(height(1.5));
+    assert_eq!(fallen, full, "never above the budget");
 }
 
 proptest! {

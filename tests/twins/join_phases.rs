@@ -56,7 +56,7 @@ fn on_gpu(p: &Phases) -> (FillState, FrameTotals) {
 
 fn on_cpu(p: &Phases) -> (FillState, FrameTotals) {
     let totals = cpu::join_phases(&p.first, &p.second, &p.sums, &p.second_sums, &p.tally, &p.config);
-    (cpu::begin_second(&p.first, &p.second_sums, &p.fill), totals)
+    (cpu::begin_second(&p.first, &p.second_sums, &p.fill, &p.config), totals)
 }
 
 #[test]

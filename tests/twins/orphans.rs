@@ -29,6 +29,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "feed",
         "flock",
         "kernel",
+        "memory_use",
         "occlusion",
         "open_device",
         "pose_sharing",
@@ -43,7 +44,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "vertex_inputs",
     ];
     let not_stages_tests =
-        ["main", "cases", "feeds", "flocks", "occlusion", "orphans", "shadows", "techniques", "whole_chain"];
+        ["main", "cases", "feeds", "flocks", "memory", "occlusion", "orphans", "shadows", "techniques", "whole_chain"];
     assert_eq!(names("shaders/stages", ".wgsl", &[]), stages);
     assert_eq!(names("crates/crowd-stages/src/cpu", ".rs", &not_stages_cpu), stages);
     assert_eq!(names("crates/crowd-stages/src/gpu", ".rs", &not_stages_gpu), stages);

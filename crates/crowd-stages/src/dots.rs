@@ -6,7 +6,7 @@
 
 use crate::dispatch::{DOT_LEVELS, DOT_VERTICES};
 use crate::surface_colors::{SurfaceColor, color_at, roots, texels_of};
-use crate::{CrowdData, DotCorner, InstanceRecord, LodChoice, cpu};
+use crate::{BudgetIn, CrowdData, DotCorner, FrameConfig, InstanceRecord, LodChoice, cpu};
 use crowd_pack::{CharacterRecord, NONE};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -34,6 +34,15 @@ pub(crate) fn dots_are_coarser(character: &CharacterRecord, dots: u32) -> bool {
 /// `area_px2`: of the instance; `dot_area_px2`: below which it may be dots.
 pub(crate) fn least_count(character: &CharacterRecord, area_px2: f32, dot_area_px2: f32) -> u32 {
     if area_px2 < dot_area_px2 { character.min_vertex_count.min(DOT_VERTICES) } else { character.min_vertex_count }
+}
+
+/// What an instance takes of the budget at least: the same, or triangles where the budget counts those.
+pub(crate) fn least_spent(character: &CharacterRecord, area_px2: f32, config: &FrameConfig) -> u32 {
+    if config.budget_in == BudgetIn::Triangles as u32 {
+        let count = character.min_triangle_count;
+        return if area_px2 < config.dot_area_px2 { count.min(1) } else { count };
+    }
+    least_count(character, area_px2, config.dot_area_px2)
 }
 
 /// Corners of all dots of all characters: level after level as in [`DOT_COUNTS`], three corners a dot.

@@ -5,13 +5,14 @@ use crate::cpu_backend::CpuBackend;
 use crate::crowd::Crowd;
 use crate::gpu_backend::GpuBackend;
 use crate::gpu_device::{self, Gpu};
+use crate::memory::Parts;
 use crate::picture::Picture;
 use crate::plan::{DetailPlan, GPU_BUDGET, LARGEST_USUAL_BUDGET, MachinePlan, SOFTWARE_BUDGET, Simulator};
 use crate::stats::Adapter;
 use crate::{Error, Result, Talk};
 use crowd_stages::dispatch::DOT_VERTICES;
 use crowd_stages::gpu::SkinningChoice;
-use crowd_stages::{DrawOptions, FrameConfig, FrameTotals, Technique, Weight};
+use crowd_stages::{BudgetIn, DrawOptions, FrameConfig, FrameTotals, Technique, Weight};
 use std::time::Instant;
 
 /// What draws the frames of a headless run.
@@ -54,12 +55,22 @@ pub fn usual_budget(gpu: Option<&Gpu>, crowd: &Crowd, detail: &DetailPlan) -> u3
     let has_dots = gpu.is_some() && detail.dots_px > 0.0 && detail.draw.has_dots() && detail.weight != Weight::Error;
     let dotted = crowd.summary.instances.saturating_mul(DOT_VERTICES).saturating_add(swift);
     let least = if has_dots { least.min(dotted) } else { least };
-    least.saturating_add(swift).min(least.max(LARGEST_USUAL_BUDGET))
+    let vertices = least.saturating_add(swift).min(least.max(LARGEST_USUAL_BUDGET));
+    if detail.budget_in == BudgetIn::Vertices {
+        return vertices;
+    }
+    // As many triangles as so many vertices of full detail have.
+    let share = crowd.summary.triangles_full as f64 / crowd.summary.vertices_full.max(1) as f64;
+    (f64::from(vertices) * share) as u32
 }
 
 /// The largest budget that makes sense: everyone at full detail, within what a frame's buffers hold.
-pub fn largest_budget(crowd: &Crowd) -> u32 {
-    u32::try_from(crowd.summary.vertices_full).unwrap_or(u32::MAX).min(LARGEST_USUAL_BUDGET)
+pub fn largest_budget(crowd: &Crowd, budget_in: BudgetIn) -> u32 {
+    let full = match budget_in {
+        BudgetIn::Vertices => crowd.summary.vertices_full,
+        BudgetIn::Triangles => crowd.summary.triangles_full,
+    };
+    u32::try_from(full).unwrap_or(u32::MAX).min(LARGEST_USUAL_BUDGET)
 }
 
 /// The plan's level of detail; reformation instead of the usual technique where the adapter cannot do that.
@@ -76,7 +87,7 @@ pub fn settle_technique(detail: &DetailPlan, gpu: Option<&Gpu>, talk: &mut Talk<
 
 impl Backend {
     /// Sets up drawing.
-    pub fn new(gpu: Option<Gpu>, crowd: &Crowd, size: [u32; 2], samples: u32, budget: u32) -> Result<Self> {
+    pub fn new(gpu: Option<Gpu>, crowd: &Crowd, size: [u32; 2], samples: u32, budget: (u32, BudgetIn)) -> Result<Self> {
         Ok(match gpu {
             Some(gpu) => Self::Gpu(Box::new(GpuBackend::new(gpu, crowd, size, samples, budget)?)),
             None if crowd.simulator == Simulator::Gpu => {
@@ -164,11 +175,25 @@ impl Backend {
         }
     }
 
-    /// Bytes of GPU memory; 0 without a GPU.
-    pub fn gpu_bytes(&self) -> u64 {
+    /// Bytes of GPU memory by what they are for; none without a GPU.
+    pub fn memory(&self) -> Parts {
         match self {
-            Self::Gpu(gpu) => gpu.gpu_bytes(),
-            Self::Cpu(_) => 0,
+            Self::Gpu(gpu) => gpu.memory(),
+            Self::Cpu(_) => Parts::new(),
+        }
+    }
+
+    /// Makes room for as much as fits, see [`GpuBackend::fit_memory`]: that budget; `None` on the CPU, which takes none.
+    pub fn fit_memory(
+        &mut self,
+        crowd: &Crowd,
+        detail: &DetailPlan,
+        limit_bytes: u64,
+        budget: Option<u32>,
+    ) -> Result<Option<u32>> {
+        match self {
+            Self::Gpu(gpu) => gpu.fit_memory(crowd, detail, limit_bytes, vec![detail.draw], budget).map(Some),
+            Self::Cpu(_) => Ok(None),
         }
     }
 

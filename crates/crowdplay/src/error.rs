@@ -54,6 +54,21 @@ pub enum Error {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// What was asked for takes more GPU memory than it may.
+    #[error(
+        "--vram: {:.1} MB allowed; with a budget of {budget} {budget_in}, which is the least there is unless --budget says it, the crowd takes{table}\nuse fewer instances (--count), fewer characters, --skinning vertex, no --shadows, a smaller --size or --texture-side",
+        *limit_bytes as f64 / crate::memory::MEGABYTE as f64
+    )]
+    Memory {
+        /// Bytes allowed.
+        limit_bytes: u64,
+        /// N.
+        budget: u32,
+        /// What N counts.
+        budget_in: &'static str,
+        /// What takes how much, a line each.
+        table: String,
+    },
     /// Conditions of a bench do not hold.
     #[error("{missed} of {of} condition(s) do not hold")]
     Missed {
@@ -98,7 +113,7 @@ impl Error {
             Self::Stages(_) => EXIT_INPUT,
             Self::Parameter { .. } => EXIT_USAGE,
             Self::Output { .. } => EXIT_OUTPUT,
-            Self::Machine { .. } => EXIT_MACHINE,
+            Self::Machine { .. } | Self::Memory { .. } => EXIT_MACHINE,
             Self::Missed { .. } => EXIT_MISSED,
         }
     }
@@ -121,6 +136,7 @@ mod tests {
             (Error::Parameter { option: "--clips", found: "f".into(), allowed: "a".into() }, 2),
             (Error::Output { path, source: io() }, 3),
             (Error::Machine { what: "w".into(), remedy: "r" }, 5),
+            (Error::Memory { limit_bytes: 1, budget: 2, budget_in: "vertices", table: String::new() }, 5),
             (Error::Missed { missed: 1, of: 2 }, 4),
         ];
         for (error, code) in table {

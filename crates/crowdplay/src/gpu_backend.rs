@@ -2,13 +2,15 @@
 
 use crate::crowd::Crowd;
 use crate::gpu_device::Gpu;
+use crate::memory::{CrowdNeeds, Parts, Room};
 use crate::picture::Picture;
+use crate::plan::DetailPlan;
 use crate::scenery::Scenery;
 use crate::schedules::Schedules;
 use crate::simulation::Simulation;
 use crate::{Error, Result};
 use crowd_stages::gpu::{CrowdRenderer, RendererOptions, SkinningChoice, buffer_or_error, texture_or_error};
-use crowd_stages::{CrowdData, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique};
+use crowd_stages::{BudgetIn, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique};
 
 /// A renderer that draws into a texture of its own.
 pub struct GpuBackend {
@@ -16,14 +18,21 @@ pub struct GpuBackend {
     renderer: CrowdRenderer,
     simulation: Option<Simulation>,
     canvas: Canvas,
+    samples: u32,
 }
 
 impl GpuBackend {
-    /// Uploads the crowd. `largest_budget`: the largest N that will be asked for.
-    pub fn new(gpu: Gpu, crowd: &Crowd, size: [u32; 2], samples: u32, largest_budget: u32) -> Result<Self> {
+    /// Uploads the crowd. `largest_budget`: the largest N that will be asked for, and what it counts.
+    pub fn new(
+        gpu: Gpu,
+        crowd: &Crowd,
+        size: [u32; 2],
+        samples: u32,
+        (largest_budget, budget_in): (u32, BudgetIn),
+    ) -> Result<Self> {
         check_size(&gpu.device, size, samples)?;
         let format = wgpu::TextureFormat::Rgba8UnormSrgb;
-        let options = renderer_options(&gpu.device, crowd, format, samples, largest_budget);
+        let options = renderer_options(&gpu.device, crowd, format, samples, largest_budget, budget_in);
         let mut renderer = CrowdRenderer::new(&gpu.device, &gpu.queue, &crowd.data, options)?;
         renderer.set_instances(&gpu.queue, &crowd.instances)?;
         renderer.set_motion(&gpu.device, &gpu.queue, crowd.schedules.as_ref().map(Schedules::plan))?;
@@ -31,7 +40,7 @@ impl GpuBackend {
         renderer.set_scenery(&gpu.device, &gpu.queue, vertices, triangles)?;
         let canvas = Canvas::new(&gpu.device, size, format)?;
         let simulation = Simulation::of(&gpu, &mut renderer, crowd)?;
-        Ok(Self { gpu, renderer, simulation, canvas })
+        Ok(Self { gpu, renderer, simulation, canvas, samples })
     }
 
     /// Other instances than before, at most as many as the crowd had first.
@@ -126,9 +135,36 @@ impl GpuBackend {
         Ok(self.renderer.shared_poses(&self.gpu.device, &self.gpu.queue)?)
     }
 
-    /// Bytes of GPU memory.
+    /// Makes room for the largest budget that fits so many bytes beside everything else that `draws` need, or for `budget`.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] when that, or the least budget, does not fit.
+    pub fn fit_memory(
+        &mut self,
+        crowd: &Crowd,
+        detail: &DetailPlan,
+        limit_bytes: u64,
+        draws: Vec<DrawOptions>,
+        budget: Option<u32>,
+    ) -> Result<u32> {
+        let Self { gpu, renderer, canvas, samples, simulation } = self;
+        let beside = simulation.as_ref().map(|simulation| ("simulator", simulation.gpu_bytes()));
+        let beside = [("picture", canvas.bytes())].into_iter().chain(beside).collect();
+        let room = Room::new(limit_bytes, crowd, detail, draws, beside, (canvas.format, *samples));
+        room.fit(gpu, renderer, canvas.size, budget)
+    }
+
+    /// Bytes of GPU memory by what they are for.
+    pub fn memory(&self) -> Parts {
+        let mut parts: Parts = self.renderer.memory().parts().to_vec();
+        parts.push(("picture", self.canvas.bytes()));
+        parts.extend(self.simulation.as_ref().map(|simulation| ("simulator", simulation.gpu_bytes())));
+        parts
+    }
+
+    /// All of it.
     pub fn gpu_bytes(&self) -> u64 {
-        self.renderer.gpu_bytes() + self.simulation.as_ref().map_or(0, Simulation::gpu_bytes)
+        self.memory().iter().map(|(_, bytes)| bytes).sum()
     }
 
     /// The device it draws with.
@@ -179,45 +215,10 @@ pub fn renderer_options(
     color_format: wgpu::TextureFormat,
     sample_count: u32,
     largest_budget: u32,
+    budget_in: BudgetIn,
 ) -> RendererOptions {
-    let needs = Needs::of(&crowd.data, &crowd.instances, largest_budget);
-    let held = |count: u64| u32::try_from(count).unwrap_or(u32::MAX).max(1);
-    let options = RendererOptions {
-        max_instances: crowd.instances.len() as u32,
-        max_vertices: held(needs.vertices),
-        max_triangles: held(needs.triangles),
-        color_format,
-        sample_count,
-    };
-    options.clamped_to(&device.limits())
-}
-
-/// Upper bounds of what a frame may select.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Needs {
-    vertices: u64,
-    triangles: u64,
-}
-
-impl Needs {
-    fn of(data: &CrowdData, instances: &[InstanceRecord], largest_budget: u32) -> Self {
-        let (mut full, mut least, mut full_triangles) = (0u64, 0u64, 0u64);
-        for one in instances {
-            let character = &data.characters[one.character as usize];
-            full += u64::from(character.vertex_count);
-            least += u64::from(character.min_vertex_count);
-            full_triangles += u64::from(character.triangle_count);
-        }
-        let vertices = u64::from(largest_budget).max(least).min(full);
-        let ratio = data.lods.iter().filter(|l| l.vertex_count > 0).map(triangles_a_vertex).fold(1.0, f64::max);
-        // One more triangle an instance for the rounding.
-        let triangles = ((vertices as f64 * ratio) as u64 + instances.len() as u64).min(full_triangles);
-        Self { vertices, triangles }
-    }
-}
-
-fn triangles_a_vertex(lod: &crowd_pack::LodRecord) -> f64 {
-    f64::from(lod.triangle_count) / f64::from(lod.vertex_count)
+    let needs = CrowdNeeds::of(&crowd.data, &crowd.instances, budget_in);
+    needs.options(device, color_format, sample_count, largest_budget)
 }
 
 /// Samples of a picture: two gigabytes of colour and depth.
@@ -287,10 +288,20 @@ impl Canvas {
         Ok(Self { texture, view, size, format })
     }
 
+    /// Bytes of the texture, and of the buffer that its pixels are read back through.
+    pub fn bytes(&self) -> u64 {
+        let height = u64::from(self.size[1]);
+        4 * u64::from(self.size[0]) * height + u64::from(self.row_bytes()) * height
+    }
+
+    fn row_bytes(&self) -> u32 {
+        (4 * self.size[0]).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+    }
+
     /// Copies the pixels out; waits.
     pub fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Picture> {
         let [width, height] = self.size;
-        let row_bytes = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let row_bytes = self.row_bytes();
         let descriptor = wgpu::BufferDescriptor {
             label: Some("canvas read-back"),
             size: u64::from(row_bytes) * u64::from(height),
@@ -326,27 +337,5 @@ impl Canvas {
             pixels.extend(texels.iter().map(|&[a, b, c, d]| if swap { [c, b, a, d] } else { [a, b, c, d] }));
         }
         Ok(Picture { width, height, pixels })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crowd_pack::{CharacterRecord, LodRecord};
-
-    #[test]
-    fn room_for_every_frame() {
-        let lod = |vertex_count, triangle_count| LodRecord { vertex_count, triangle_count };
-        let character =
-            CharacterRecord { vertex_count: 100, triangle_count: 150, min_vertex_count: 10, ..Default::default() };
-        let data = CrowdData {
-            characters: vec![character],
-            lods: vec![lod(0, 0), lod(10, 18), lod(100, 150)],
-            ..Default::default()
-        };
-        let instances = vec![InstanceRecord::default(); 10];
-        assert_eq!(Needs::of(&data, &instances, 5_000), Needs { vertices: 1000, triangles: 1500 });
-        assert_eq!(Needs::of(&data, &instances, 200), Needs { vertices: 200, triangles: 370 });
-        assert_eq!(Needs::of(&data, &instances, 1).vertices, 100, "the coarsest levels are drawn whatever the budget");
     }
 }

@@ -4,12 +4,14 @@ use crate::backend::{self, Backend};
 use crate::crowd::Crowd;
 use crate::film::Film;
 use crate::governor::Governor;
+use crate::memory::table;
 use crate::picture::{write_file, write_stdout};
 use crate::plan::{DetailPlan, HeadlessPlan, PictureName, Plan};
 use crate::stats::{self, Frame, Report, Timings, skinning_words};
 use crate::view::{self, Viewer, frame_config};
 use crate::{Error, Result, Talk};
-use crowd_stages::{Fit, Levels, Skinning, View, Weight};
+use crowd_stages::{BudgetIn, Fit, Levels, Skinning, View, Weight};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
@@ -26,10 +28,17 @@ pub fn render(
     let gpu = backend::find_gpu(&plan.machine, talk)?;
     let detail = backend::settle_technique(&plan.detail, gpu.as_ref(), talk);
     let mut budget = detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref(), crowd, &detail));
-    let most = if detail.target_ms.is_some() { budget.max(backend::largest_budget(crowd)) } else { budget };
-    let mut governor = detail.target_ms.map(|target_ms| Governor::new(target_ms, budget, most));
+    let largest = backend::largest_budget(crowd, detail.budget_in);
+    let mut most = if detail.target_ms.is_some() { budget.max(largest) } else { budget };
     let samples = plan.machine.samples.unwrap_or(4);
-    let mut backend = Backend::new(gpu, crowd, plan.size, samples, most)?;
+    let mut backend = Backend::new(gpu, crowd, plan.size, samples, (most, detail.budget_in))?;
+    if let Some(limit_bytes) = plan.machine.vram_bytes {
+        let fitted = backend.fit_memory(crowd, &detail, limit_bytes, detail.budget)?;
+        most = fitted.unwrap_or(most);
+        // A target begins at the usual budget and rises to what fits.
+        budget = if detail.target_ms.is_some() { budget.min(most) } else { most };
+    }
+    let mut governor = detail.target_ms.map(|target_ms| Governor::new(target_ms, budget, most));
     let mut frames = Vec::new();
     let mut pictures = Vec::new();
     let mut warnings = Vec::new();
@@ -68,7 +77,7 @@ pub fn render(
         let frame_ms = start.elapsed().as_secs_f32() * 1e3;
         let frame = Frame::new(number, time_s, budget, totals, frame_ms, &backend.timings_ms());
         let frame = Frame { simulate_ms, ..frame };
-        let messages = stats::overflow_messages(&totals, budget, detail.max_px);
+        let messages = stats::overflow_messages(&totals, (budget, detail.budget_in), detail.max_px);
         // The first frame compiles shaders.
         if let Some(governor) = governor.as_mut().filter(|_| number > 0) {
             budget = governor.next(frame.work_ms());
@@ -110,12 +119,15 @@ pub fn render(
         warnings.push(complaint);
     }
     write_recording(plan, recording.as_ref())?;
-    say_what_came_out(headless, crowd, &frames, &pictures, budget, talk);
+    say_what_came_out(headless, crowd, &frames, &pictures, (budget, detail.budget_in), talk);
+    if plan.machine.vram_bytes.is_some() {
+        talk.say(&format!("GPU memory by part:{}", table(&backend.memory())));
+    }
     let mut report = report(plan, &detail, crowd, budget, backend.word(), backend.describe());
     report.simulator = backend.simulator(crowd);
     report.samples = samples;
     report.dt_s = headless.dt_s;
-    report.gpu_bytes = backend.gpu_bytes();
+    report.set_memory(&backend.memory());
     if let Some(choice) = backend.skinning(detail.draw) {
         report.skinning = choice.way.name();
         report.skinning_ms = choice.measured_ms;
@@ -146,17 +158,18 @@ fn say_what_came_out(
     crowd: &Crowd,
     frames: &[Frame],
     pictures: &[String],
-    budget: u32,
+    (budget, budget_in): (u32, BudgetIn),
     talk: &mut Talk<'_>,
 ) {
     let Some(last) = frames.last() else { return };
     talk.say(&format!(
-        "{} instances, {} visible; {} of {} triangles, {} of {budget} vertices",
+        "{} instances, {} visible; {} of {} triangles, {} vertices, budget {budget} {}",
         crowd.instances.len(),
         last.visible,
         last.triangles,
         crowd.summary.triangles_full,
-        last.vertices
+        last.vertices,
+        budget_in.name()
     ));
     let times = Timings::of(frames).frame_ms;
     talk.say(&format!("{} frame(s), median {:.1} ms, p95 {:.1} ms", headless.frames, times.median, times.p95));
@@ -200,6 +213,9 @@ pub fn report(
         shadows: if backend == "gpu" { detail.draw.shadows } else { 0 },
         simulator: None,
         budget,
+        budget_in: detail.budget_in.name(),
+        slack_share: detail.slack_share,
+        vram_bytes: plan.machine.vram_bytes,
         alpha: detail.alpha,
         weight: match detail.weight {
             Weight::Area => "area",
@@ -209,6 +225,7 @@ pub fn report(
         crowd: crowd.summary.clone(),
         dt_s: 0.0,
         gpu_bytes: 0,
+        gpu_memory: BTreeMap::new(),
         frames: Vec::new(),
         timings: Timings::default(),
         pictures: Vec::new(),

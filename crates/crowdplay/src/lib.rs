@@ -5,6 +5,7 @@
 
 pub mod backend;
 pub mod bench;
+pub mod budget_words;
 pub mod camera_control;
 pub mod cli;
 pub mod cpu_backend;
@@ -16,6 +17,7 @@ pub mod governor;
 pub mod gpu_backend;
 pub mod gpu_device;
 pub mod headless;
+pub mod memory;
 pub mod moving;
 pub mod output_paths;
 pub mod overlay;

@@ -1,9 +1,10 @@
 //! What stands over the picture: numbers, a graph of frame times, sliders, keys.
 
 use crate::camera_control::{CameraControl, Mode};
+use crate::memory::MEGABYTE;
 use crate::stats;
 use crowd_stages::gpu::SkinningChoice;
-use crowd_stages::{DrawOptions, Fit, FrameTotals, Levels, Skinning, Technique, View, Weight};
+use crowd_stages::{BudgetIn, DrawOptions, Fit, FrameTotals, Levels, Skinning, Technique, View, Weight};
 use egui::{Color32, RichText, Sense, Slider, Stroke, Ui, pos2, vec2};
 use std::collections::VecDeque;
 
@@ -13,8 +14,12 @@ pub const GRAPH_FRAMES: usize = 180;
 /// What the user can change while it runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Knobs {
-    /// Vertices a frame: N.
+    /// Vertices, or triangles, a frame: N.
     pub budget: u32,
+    /// What it counts.
+    pub budget_in: BudgetIn,
+    /// Percent of it that may be left over so that levels keep still.
+    pub steady_percent: f32,
     /// The largest N there is room for.
     pub largest_budget: u32,
     /// Milliseconds that a frame may take; the budget follows.
@@ -69,6 +74,8 @@ pub struct Readings {
     pub frame_ms: VecDeque<f32>,
     /// Bytes of GPU memory.
     pub gpu_bytes: u64,
+    /// Most that may be taken, if somebody said.
+    pub vram_bytes: Option<u64>,
     /// Seconds shown.
     pub time_s: f32,
     /// Where the GPU works out vertices.
@@ -118,7 +125,7 @@ pub fn show(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &Camer
 fn everything(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &CameraControl) {
     numbers(ui, knobs, readings);
     graph(ui, &readings.frame_ms);
-    for line in stats::overflow_messages(&readings.totals, knobs.budget, knobs.max_px) {
+    for line in stats::overflow_messages(&readings.totals, (knobs.budget, knobs.budget_in), knobs.max_px) {
         ui.label(RichText::new(line).color(Color32::from_rgb(255, 150, 90)));
     }
     ui.separator();
@@ -165,13 +172,16 @@ fn numbers(ui: &mut Ui, knobs: &Knobs, readings: &Readings) {
         let share = 100.0 * f64::from(totals.triangle_count) / readings.triangles_full.max(1) as f64;
         let triangles = grouped(u64::from(totals.triangle_count));
         row(ui, "Triangles", format!("{triangles} of {} ({share:.1} %)", grouped(readings.triangles_full)));
-        let used = 100.0 * f64::from(totals.vertex_count) / f64::from(knobs.budget.max(1));
+        let in_triangles = knobs.budget_in == BudgetIn::Triangles;
+        let counted = if in_triangles { totals.triangle_count } else { totals.vertex_count };
+        let used = 100.0 * f64::from(counted) / f64::from(knobs.budget.max(1));
         let plain = 100.0 * f64::from(totals.wanted_count) / f64::from(knobs.budget.max(1));
         let vertices = grouped(u64::from(totals.vertex_count));
         row(
             ui,
             "Vertices",
             match knobs.draw.technique.has_budget() {
+                true if in_triangles => format!("{vertices}; triangles {used:.1} % of N"),
                 true => format!("{vertices} of N ({used:.1} %, Eq. 1 alone {plain:.1} %)"),
                 false => format!("{vertices}, no budget"),
             },
@@ -181,7 +191,9 @@ fn numbers(ui: &mut Ui, knobs: &Knobs, readings: &Readings) {
         }
         row(ui, "Draws", grouped(u64::from(totals.draw_count)));
         if readings.gpu_bytes > 0 {
-            row(ui, "GPU memory", format!("{:.1} MB", readings.gpu_bytes as f64 / 1e6));
+            let taken = format!("{:.1} MB", readings.gpu_bytes as f64 / MEGABYTE as f64);
+            let of = readings.vram_bytes.map(|most| format!(" of {:.1}", most as f64 / MEGABYTE as f64));
+            row(ui, "GPU memory", taken + &of.unwrap_or_default());
         }
         row(ui, "Drawn by", readings.adapter.clone());
     });
@@ -260,6 +272,12 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
             ui.selectable_value(&mut knobs.draw.fit, Fit::Fill, "filled");
             ui.selectable_value(&mut knobs.draw.fit, Fit::Plain, "Eq. 1 as printed");
         });
+        ui.horizontal(|ui| {
+            ui.label("N counts");
+            ui.selectable_value(&mut knobs.budget_in, BudgetIn::Vertices, "vertices");
+            ui.selectable_value(&mut knobs.budget_in, BudgetIn::Triangles, "triangles");
+        });
+        ui.add(Slider::new(&mut knobs.steady_percent, 0.0..=10.0).text("% left over so that levels keep still"));
     }
     if knobs.draw.technique == Technique::Bucketed && knobs.draw.fit == Fit::Fill {
         ui.horizontal(|ui| {

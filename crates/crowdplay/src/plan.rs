@@ -3,11 +3,14 @@
 mod contradictions;
 mod seen_from;
 
-use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, PoseRates, SimulatorWord, Switch, WeightWord};
+use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, PoseRates, Switch, WeightWord};
+use crate::memory::MEGABYTE;
 use crate::{Error, Result};
-use contradictions::{check_occlusion, check_reference, check_sharing, check_simulator, check_skinning, check_view};
+use contradictions::{
+    check_budget, check_occlusion, check_reference, check_sharing, check_simulator, check_skinning, check_view,
+};
 use crowd_scene::Layout;
-use crowd_stages::{DrawOptions, Fit, Levels, Technique, Weight};
+use crowd_stages::{BudgetIn, DrawOptions, Fit, Levels, Technique, Weight};
 use std::path::{Path, PathBuf};
 
 /// Vertices a frame by default on a graphics card, besides the crowd's coarsest levels.
@@ -168,6 +171,10 @@ pub enum HeightPlan {
 pub struct DetailPlan {
     /// Vertices a frame; `None`: the crowd's coarsest levels and [`GPU_BUDGET`] or [`SOFTWARE_BUDGET`] more.
     pub budget: Option<u32>,
+    /// What it counts.
+    pub budget_in: BudgetIn,
+    /// Share of it that may be left over so that levels keep still.
+    pub slack_share: f32,
     /// Exponent of the split.
     pub alpha: f32,
     /// Weight of an instance.
@@ -252,6 +259,8 @@ pub struct MachinePlan {
     pub adapter: Option<String>,
     /// Samples a pixel, 1 or 4; `None`: 4, but 1 in a window that a processor draws.
     pub samples: Option<u32>,
+    /// GPU memory that may be taken, bytes.
+    pub vram_bytes: Option<u64>,
 }
 
 /// Window or pictures.
@@ -376,6 +385,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
             allowed: "more than 1 with --weight area-distance".to_owned(),
         });
     }
+    check_budget(args)?;
     check_occlusion(args)?;
     check_skinning(args)?;
     check_simulator(args)?;
@@ -402,9 +412,9 @@ pub fn plan(args: &Args) -> Result<Plan> {
             count: args.count,
             layout: layout(args)?,
             simulator: match args.simulate {
-                SimulatorWord::Auto => Simulator::Auto,
-                SimulatorWord::Gpu => Simulator::Gpu,
-                SimulatorWord::Cpu => Simulator::Cpu,
+                BackendWord::Auto => Simulator::Auto,
+                BackendWord::Gpu => Simulator::Gpu,
+                BackendWord::Cpu => Simulator::Cpu,
             },
             walkable: args.walkable.clone(),
             spacing_m: args.spacing,
@@ -419,6 +429,8 @@ pub fn plan(args: &Args) -> Result<Plan> {
         },
         detail: DetailPlan {
             budget: args.budget,
+            budget_in: args.room.budget_in.budget_in(),
+            slack_share: args.room.steady / 100.0,
             alpha: args.alpha,
             weight: match (args.lod_metric, args.weight) {
                 (MetricWord::Error, _) => Weight::Error,
@@ -449,7 +461,12 @@ pub fn plan(args: &Args) -> Result<Plan> {
             technique_is_given: args.technique.is_some(),
         },
         camera: seen_from::camera(args)?,
-        machine: MachinePlan { backend: args.backend, adapter: args.adapter.clone(), samples: args.msaa },
+        machine: MachinePlan {
+            backend: args.backend,
+            adapter: args.adapter.clone(),
+            samples: args.msaa,
+            vram_bytes: args.room.vram.map(|megabytes| u64::from(megabytes) * MEGABYTE),
+        },
         size: args.size,
         report: args.report.clone(),
         reference_camera: args.reference_camera,

@@ -1,7 +1,7 @@
 //! The report: what each frame came to, and how long it took. JSON with a schema number.
 
 use crowd_stages::gpu::SkinningChoice;
-use crowd_stages::{FrameTotals, Skinning, overflow};
+use crowd_stages::{BudgetIn, FrameTotals, Skinning, overflow};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -43,8 +43,14 @@ pub struct Report {
     pub shadows: u32,
     /// Who simulates the flock, `gpu` or `cpu`; `null` where the crowd is none.
     pub simulator: Option<&'static str>,
-    /// Vertices a frame: N.
+    /// Vertices, or triangles, a frame: N.
     pub budget: u32,
+    /// Which of them: `vertices` or `triangles`.
+    pub budget_in: &'static str,
+    /// Share of the budget that may be left over so that levels keep still.
+    pub slack_share: f32,
+    /// GPU memory that might be taken, bytes; `null` where nobody said.
+    pub vram_bytes: Option<u64>,
     /// Exponent of the split.
     pub alpha: f32,
     /// `area` or `area-distance`.
@@ -55,6 +61,8 @@ pub struct Report {
     pub dt_s: f32,
     /// Bytes of GPU memory asked for; 0 without a GPU.
     pub gpu_bytes: u64,
+    /// The same by what they are for.
+    pub gpu_memory: BTreeMap<&'static str, u64>,
     /// Frames, in order.
     pub frames: Vec<Frame>,
     /// Times over all frames but the first, which pays for shader compilation (with one frame: that one).
@@ -63,6 +71,14 @@ pub struct Report {
     pub pictures: Vec<String>,
     /// What was said on standard error besides.
     pub warnings: Vec<String>,
+}
+
+impl Report {
+    /// Takes note of GPU memory by what it is for.
+    pub fn set_memory(&mut self, parts: &[(&'static str, u64)]) {
+        self.gpu_memory = parts.iter().copied().collect();
+        self.gpu_bytes = self.gpu_memory.values().sum();
+    }
 }
 
 /// Why vertices are worked out where they are, in words: times tried, or what did not fit.
@@ -122,7 +138,7 @@ pub struct Frame {
     pub frame: u32,
     /// Time shown, seconds.
     pub time_s: f32,
-    /// Vertices it might have: N.
+    /// Vertices, or triangles, it might have: N.
     pub budget: u32,
     /// Instances drawn.
     pub visible: u32,
@@ -206,12 +222,18 @@ pub fn overflow_words(bits: u32) -> Vec<&'static str> {
 }
 
 /// What an overflow means and what helps, a sentence each.
-pub fn overflow_messages(totals: &FrameTotals, budget: u32, max_px: Option<f32>) -> Vec<String> {
+pub fn overflow_messages(
+    totals: &FrameTotals,
+    (budget, budget_in): (u32, BudgetIn),
+    max_px: Option<f32>,
+) -> Vec<String> {
     let mut messages = Vec::new();
     if totals.overflow & overflow::BUDGET != 0 {
         messages.push(format!(
-            "budget: the coarsest levels of the {} visible instances have {} vertices, the budget is {budget}; raise --budget",
-            totals.visible_count, totals.min_vertex_count
+            "budget: the coarsest levels of the {} visible instances have {} {}, the budget is {budget}; raise --budget",
+            totals.visible_count,
+            totals.min_vertex_count,
+            budget_in.name()
         ));
     }
     if totals.refused_count > 0 {
@@ -323,11 +345,11 @@ mod tests {
         let bits = overflow::BUDGET | overflow::TRIANGLES;
         assert_eq!(overflow_words(bits), ["budget", "triangles"]);
         let totals = FrameTotals { overflow: bits, min_vertex_count: 77, needed_triangles: 88, ..Default::default() };
-        let messages = overflow_messages(&totals, 50, None);
+        let messages = overflow_messages(&totals, (50, BudgetIn::Triangles), None);
         assert_eq!(messages.len(), 2);
         let coarse = FrameTotals { threshold_px: 2.0, ..Default::default() };
-        let count = |max_px| overflow_messages(&coarse, 50, max_px).len();
+        let count = |max_px| overflow_messages(&coarse, (50, BudgetIn::Vertices), max_px).len();
         assert_eq!([count(None), count(Some(3.0)), count(Some(1.0))], [0, 0, 1]);
-        assert!(messages[0].contains("77") && messages[0].contains("50") && messages[1].contains("88"));
+        assert!(messages[0].contains("77 triangles") && messages[0].contains("50") && messages[1].contains("88"));
     }
 }

@@ -130,5 +130,7 @@ pub fn frame_config(camera: &Camera, size: [u32; 2], time_s: f32, detail: &Detai
         PoseRates::Px(px) => (0.0, px),
     };
     let dot_area_px2 = dot_area_px2(detail.dots_px);
-    FrameConfig { lod_depths_m, dot_area_px2, hold_far_m, hold_px, ..config }
+    let slack = (f64::from(budget) * f64::from(detail.slack_share)) as u32;
+    let budget_in = detail.budget_in as u32;
+    FrameConfig { lod_depths_m, dot_area_px2, hold_far_m, hold_px, budget_in, slack, ..config }
 }

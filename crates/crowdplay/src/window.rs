@@ -9,6 +9,7 @@ use crate::governor::Governor;
 use crate::gpu_backend::{Canvas, bake_frame, draw_reference, renderer_options};
 use crate::gpu_device::{self, Gpu};
 use crate::headless::{report, write_recording};
+use crate::memory::Room;
 use crate::overlay::{self, Knobs, Readings};
 use crate::picture::{Picture, write_file};
 use crate::plan::{DetailPlan, MachinePlan, Plan};
@@ -19,7 +20,7 @@ use crate::surface::Screen;
 use crate::view::{self, Viewer, frame_config};
 use crate::{Error, Result, Talk};
 use crowd_stages::gpu::CrowdRenderer;
-use crowd_stages::{FrameConfig, FrameTotals, Technique};
+use crowd_stages::{BudgetIn, DrawOptions, FrameConfig, FrameTotals, Technique};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -144,6 +145,10 @@ struct Running {
     gpu: Gpu,
     painter: Painter,
     simulation: Option<Simulation>,
+    /// Memory that may be taken.
+    room: Option<Room>,
+    /// How the frame before was drawn.
+    drawn: DrawOptions,
     /// What the second camera saw of the frame before, in the corner.
     corner: Option<egui::TextureHandle>,
     samples: u32,
@@ -198,22 +203,35 @@ impl Running {
 
         let on_cpu = plan.machine.backend == BackendWord::Cpu;
         let detail = backend::settle_technique(&plan.detail, (!on_cpu).then_some(&gpu), talk);
-        let budget = detail.budget.unwrap_or_else(|| backend::usual_budget((!on_cpu).then_some(&gpu), crowd, &detail));
-        let mut largest_budget = budget.max(backend::largest_budget(crowd));
+        let mut budget =
+            detail.budget.unwrap_or_else(|| backend::usual_budget((!on_cpu).then_some(&gpu), crowd, &detail));
+        let mut largest_budget = budget.max(backend::largest_budget(crowd, detail.budget_in));
         let is_software = on_cpu || gpu.is_software();
         let samples = plan.machine.samples.unwrap_or(if is_software { 1 } else { 4 });
-        let mut simulation = None;
+        let (mut simulation, mut room) = (None, None);
         let painter = if on_cpu {
             Painter::Cpu(Box::new(CpuBackend::new(crowd, screen.size(), samples)?), None)
         } else {
             let format = screen.scene_format();
-            let options = renderer_options(&gpu.device, crowd, format, samples, largest_budget);
-            largest_budget = largest_budget.min(options.max_vertices);
+            let options = renderer_options(&gpu.device, crowd, format, samples, largest_budget, detail.budget_in);
+            largest_budget = largest_budget.min(match detail.budget_in {
+                BudgetIn::Vertices => options.max_vertices,
+                BudgetIn::Triangles => options.max_triangles,
+            });
             let mut renderer = CrowdRenderer::new(&gpu.device, &gpu.queue, &crowd.data, options)?;
             renderer.set_instances(&gpu.queue, &crowd.instances)?;
             renderer.set_motion(&gpu.device, &gpu.queue, crowd.schedules.as_ref().map(Schedules::plan))?;
             renderer.set_scenery(&gpu.device, &gpu.queue, &crowd.scenery.vertices, &crowd.scenery.triangles)?;
             simulation = Simulation::of(&gpu, &mut renderer, crowd)?;
+            if let Some(limit_bytes) = plan.machine.vram_bytes {
+                let beside = simulation.as_ref().map(|simulation| ("simulator", simulation.gpu_bytes()));
+                let beside = beside.into_iter().collect();
+                let kept = Room::new(limit_bytes, crowd, &detail, vec![detail.draw], beside, (format, samples));
+                largest_budget = kept.fit(&gpu, &mut renderer, screen.size(), detail.budget)?;
+                // A target begins at the usual budget and rises to what fits.
+                budget = if detail.target_ms.is_some() { budget.min(largest_budget) } else { largest_budget };
+                room = Some(kept);
+            }
             renderer.prepare(&gpu.device, &gpu.queue, detail.draw.technique)?;
             Painter::Gpu(Box::new(renderer))
         };
@@ -222,10 +240,13 @@ impl Running {
             instances: crowd.summary.instances,
             triangles_full: crowd.summary.triangles_full,
             gpu_bytes: if let Painter::Gpu(renderer) = &painter { renderer.gpu_bytes() } else { 0 },
+            vram_bytes: plan.machine.vram_bytes.filter(|_| !on_cpu),
             ..Readings::default()
         };
         let knobs = Knobs {
             budget,
+            budget_in: detail.budget_in,
+            steady_percent: 100.0 * detail.slack_share,
             largest_budget,
             target_ms: detail.target_ms,
             alpha: detail.alpha,
@@ -246,6 +267,8 @@ impl Running {
             gpu,
             painter,
             simulation,
+            drawn: knobs.draw,
+            room,
             corner: None,
             samples,
             pose_rates: plan.detail.pose_rates,
@@ -367,6 +390,7 @@ impl Running {
         {
             renderer.set_instances(&self.gpu.queue, &crowd.instances)?;
         }
+        self.keep_within_memory();
         self.play_motion(crowd)?;
         let detail = self.detail();
         let camera = self.control.camera();
@@ -409,6 +433,18 @@ impl Running {
         Ok(())
     }
 
+    /// What does not fit the memory that may be taken is not drawn: the frame is as the one before, and the overlay says so.
+    fn keep_within_memory(&mut self) {
+        if let (Some(room), Painter::Gpu(renderer)) = (&mut self.room, &self.painter)
+            && self.knobs.draw != self.drawn
+            && !room.admit(&self.gpu, renderer, self.screen.size(), self.knobs.largest_budget, self.knobs.draw)
+        {
+            self.knobs.draw = self.drawn;
+            self.readings.message = Some("that does not fit the memory that may be taken (--vram)".to_owned());
+        }
+        self.drawn = self.knobs.draw;
+    }
+
     /// Moves the budget towards the time that a frame may take, if there is one. A budget changed by hand is where it goes on from.
     fn govern(&mut self, frame_ms: f32) {
         let Knobs { budget, largest_budget, target_ms: Some(target_ms), .. } = self.knobs else {
@@ -425,9 +461,12 @@ impl Running {
     }
 
     fn detail(&self) -> DetailPlan {
-        let Knobs { budget, alpha, weight, draw, max_px, dots_px, target_ms, .. } = self.knobs;
+        let Knobs { budget, budget_in, steady_percent, alpha, weight, draw, max_px, dots_px, target_ms, .. } =
+            self.knobs;
         DetailPlan {
             budget: Some(budget),
+            budget_in,
+            slack_share: steady_percent / 100.0,
             alpha,
             weight,
             draw,
@@ -554,7 +593,9 @@ impl Running {
         report.simulator = has_flock.then_some(if self.simulation.is_some() { "gpu" } else { "cpu" });
         report.size = self.screen.size();
         report.samples = self.samples;
-        report.gpu_bytes = self.readings.gpu_bytes;
+        if let Painter::Gpu(renderer) = &self.painter {
+            report.set_memory(&renderer.memory().parts());
+        }
         report.frames = self.frames.unwrap_or_default();
         report.timings = Timings::of(&report.frames);
         report

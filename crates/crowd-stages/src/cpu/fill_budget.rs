@@ -1,8 +1,8 @@
-//! The budget is spent: water rises over the crowd until its vertices are N.
+//! The budget is spent: water rises over the crowd until its vertices, or its triangles, are N.
 
 use crate::dispatch::{ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT, FILL_CANDIDATES};
 use crate::dots::least_count;
-use crate::{CrowdData, CullRecord, FillState, FrameConfig, InstanceRecord, LodChoice, Weight, WeightSums};
+use crate::{BudgetIn, CrowdData, CullRecord, FillState, FrameConfig, InstanceRecord, LodChoice, Weight, WeightSums};
 use crowd_pack::LodRecord;
 
 /// Passes of the search.
@@ -19,6 +19,12 @@ const CANDIDATES: usize = FILL_CANDIDATES as usize;
 /// one instance's step is left over. So the levels add up to at most N, and to all of it but that step, whenever the visible
 /// crowd at full detail has more than N vertices and its coarsest levels have not. When those alone exceed N, everyone keeps
 /// just that.
+///
+/// With [`crate::BudgetIn::Triangles`] the levels' triangles count, not their vertices; levels rise by vertices all the same.
+///
+/// With `config.slack` the water stays where it was in the frame before (`water_before_bits`) as long as what it comes to is between
+/// N less the slack and N; where it must rise, it rises to N less the slack, where it must fall, it falls to N. So levels change by
+/// what the camera changes, not by who comes and leaves.
 ///
 /// With [`Weight::Error`] the weight is the pixels that a metre takes and the water one over pixels: every instance gets the
 /// coarsest quantised level whose bound is at most `1 / (weight * water)` metres, from the error tables. So one threshold in
@@ -50,25 +56,26 @@ pub fn fill_budget(
         lods[(character.lod_offset + k as u32) as usize]
     };
     let visible: Vec<usize> = (0..instances.len()).filter(|i| culled[*i].visible != 0).collect();
-    let sum = |bits: u32| visible.iter().fold(0u32, |sum, i| sum.saturating_add(level(*i, bits).vertex_count));
+    let spent = |lod: LodRecord| config.spent(lod.vertex_count, lod.triangle_count);
+    let sum = |bits: u32| visible.iter().fold(0u32, |sum, i| sum.saturating_add(spent(level(*i, bits))));
 
     let mut fill = begin(sums, config);
     for pass in 0..FILL_PASSES {
         let counts = fill.candidates.map(sum);
         if pass == 0 {
-            let plain = counts[CANDIDATES - 1];
-            sums.wanted_count = if config.weight == Weight::Error as u32 { 0 } else { plain };
+            let has_plain = config.weight != Weight::Error as u32 && config.budget_in == BudgetIn::Vertices as u32;
+            sums.wanted_count = if has_plain { counts[CANDIDATES - 1] } else { 0 };
         }
-        narrow(&mut fill, &counts, config.budget);
+        narrow(&mut fill, &counts, config);
         sums.water_bits = fill.low_bits;
     }
 
     let mut choices = vec![LodChoice::default(); instances.len()];
-    let left = config.budget.saturating_sub(fill.low_count);
+    let left = fill.goal.saturating_sub(fill.low_count);
     let mut taken = 0u32;
     for i in visible {
         let (low, high) = (level(i, fill.low_bits), level(i, fill.high_bits));
-        taken = taken.saturating_add(high.vertex_count - low.vertex_count);
+        taken = taken.saturating_add(spent(high).saturating_sub(spent(low)));
         let LodRecord { vertex_count, triangle_count } = if taken <= left { high } else { low };
         choices[i] = LodChoice { vertex_count, triangle_count };
     }
@@ -81,7 +88,13 @@ pub(super) fn error_entry(character: u32, per_metre: f32) -> usize {
     (character * ERROR_ENTRIES + entry.min(ERROR_ENTRIES - 1)) as usize
 }
 
-/// The first candidates: powers of two around Eq. 1's height, then the highest, and last Eq. 1's own.
+/// Whether the water may stay where it was.
+fn has_before(config: &FrameConfig) -> bool {
+    config.slack > 0 && config.water_before_bits > 0
+}
+
+/// The first candidates: powers of two around Eq. 1's height, then the highest, and last Eq. 1's own. Where the water may stay, its
+/// height before comes first.
 fn begin(sums: &WeightSums, config: &FrameConfig) -> FillState {
     let exponent = |value: f32| ((value.to_bits() >> 23) & 0xff) as i32 - 127;
     let power = |e: i32| ((e + 127).clamp(0, (HIGHEST_BITS >> 23) as i32) as u32) << 23;
@@ -92,21 +105,49 @@ fn begin(sums: &WeightSums, config: &FrameConfig) -> FillState {
         true => (config.budget as f32 / sums.weight).clamp(0.0, f32::from_bits(HIGHEST_BITS)).to_bits(),
         false => 0,
     };
+    if has_before(config) {
+        candidates[0] = config.water_before_bits.min(HIGHEST_BITS);
+    }
     let low_count = sums.min_vertex_count;
-    FillState { high_bits: HIGHEST_BITS, low_count, candidates, ..Default::default() }
+    let (high_bits, high_count, goal) = (HIGHEST_BITS, u32::MAX, config.budget);
+    FillState { high_bits, high_count, low_count, candidates, goal, ..Default::default() }
+}
+
+/// As far between the two heights as the goal is between their counts.
+fn smooth_bits(fill: &FillState) -> u32 {
+    let left = fill.goal.saturating_sub(fill.low_count) as f32;
+    let part = (left / fill.high_count.saturating_sub(fill.low_count).max(1) as f32).min(1.0);
+    fill.low_bits + ((fill.high_bits - fill.low_bits) as f32 * part) as u32
 }
 
 /// Between which candidates the budget lies, and the next ones, evenly between those two.
-fn narrow(fill: &mut FillState, counts: &[u32; CANDIDATES], budget: u32) {
+fn narrow(fill: &mut FillState, counts: &[u32; CANDIDATES], config: &FrameConfig) {
+    let least = config.budget.saturating_sub(config.slack);
+    if fill.pass_number == 0 && has_before(config) {
+        if (least..=config.budget).contains(&counts[0]) {
+            let (bits, count) = (fill.candidates[0], counts[0]);
+            // Nothing is left to search between equal heights.
+            let (low_bits, high_bits, smooth_bits) = (bits, bits, bits);
+            let (low_count, high_count, pass_number) = (count, count, 1);
+            let candidates = [bits; CANDIDATES];
+            *fill =
+                FillState { low_bits, high_bits, smooth_bits, low_count, high_count, pass_number, candidates, ..*fill };
+            return;
+        }
+        fill.goal = if counts[0] < least { least } else { config.budget };
+    }
     let searched = if fill.pass_number == 0 { CANDIDATES - 1 } else { CANDIDATES };
     for (&bits, &count) in fill.candidates.iter().zip(counts).take(searched) {
-        if count > budget {
-            fill.high_bits = fill.high_bits.min(bits);
+        if count > fill.goal {
+            if bits < fill.high_bits {
+                (fill.high_bits, fill.high_count) = (bits, count);
+            }
         } else if bits >= fill.low_bits {
             (fill.low_bits, fill.low_count) = (bits, count);
         }
     }
     fill.high_bits = fill.high_bits.max(fill.low_bits);
+    fill.smooth_bits = smooth_bits(fill);
     fill.pass_number += 1;
     let step = ((fill.high_bits - fill.low_bits) / (CANDIDATES as u32 + 1)).max(1);
     fill.candidates = std::array::from_fn(|c| (fill.low_bits + step * (c as u32 + 1)).min(fill.high_bits));

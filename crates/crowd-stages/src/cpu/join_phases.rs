@@ -5,12 +5,17 @@ use crate::{FillState, FrameConfig, FrameTotals, SightTally, WeightSums, overflo
 /// The state in which `fill_budget` gives newly seen instances their levels: those take the step from their coarsest level to
 /// the first phase's water, the first of them, as long as it fits what the first phase has left of N.
 ///
-/// `first`: totals of the first phase; `second_sums`: of the newly seen.
+/// `first`: totals of the first phase; `second_sums`: of the newly seen; `config`: its budget.
 ///
 /// Twin: `shaders/stages/join_phases.wgsl`, entry point `begin_second`. Equal.
-pub fn begin_second(first: &FrameTotals, second_sums: &WeightSums, fill: &FillState) -> FillState {
-    let low_count = first.vertex_count.saturating_add(second_sums.min_vertex_count);
-    FillState { low_bits: 0, high_bits: fill.low_bits, low_count, ..Default::default() }
+pub fn begin_second(
+    first: &FrameTotals,
+    second_sums: &WeightSums,
+    fill: &FillState,
+    config: &FrameConfig,
+) -> FillState {
+    let low_count = config.spent(first.vertex_count, first.triangle_count).saturating_add(second_sums.min_vertex_count);
+    FillState { low_bits: 0, high_bits: fill.low_bits, low_count, goal: config.budget, ..Default::default() }
 }
 
 /// What both phases came to; `tally`: of `recall_seen`, who waited. Beyond N, by newcomers' coarsest levels alone, sets [`overflow::BUDGET`]; either
@@ -35,7 +40,8 @@ pub fn join_phases(
         vertex_count,
         triangle_count,
         min_vertex_count: sums.min_vertex_count.saturating_add(second_sums.min_vertex_count),
-        overflow: unskinned | if vertex_count > config.budget { overflow::BUDGET } else { 0 },
+        overflow: unskinned
+            | if config.spent(vertex_count, triangle_count) > config.budget { overflow::BUDGET } else { 0 },
         needed_vertices: vertex_count,
         needed_triangles: triangle_count,
         draw_count: first.draw_count + second.draw_count,

@@ -33,7 +33,7 @@ pub fn key_instances(
             Some(finer) => buckets.records[finer as usize].vertex_count,
             None => 2 * level.vertex_count - level.coarser_vertex_count,
         };
-        let above = culled[i].weight * f32::from_bits(fill.low_bits) - level.vertex_count as f32;
+        let above = culled[i].weight * f32::from_bits(fill.smooth_bits) - level.vertex_count as f32;
         let fraction = (above / (finer - level.vertex_count).max(1) as f32).clamp(0.0, 1.0);
         let fraction = if config.morph == 1 { fraction } else { 1.0 };
         (key, MorphRecord { coarser_vertex_count: level.coarser_vertex_count, fraction })

@@ -49,9 +49,7 @@ pub use fill_cells::fill_cells;
 pub use find_leaders::find_leaders;
 pub use fit_budget::fit_budget;
 pub use gather_drawn::{DRAWN_BOUND, gather_drawn};
-pub use hold_poses::{
-    HELD_BOUND_S, HOLD_LONGEST_S, HOLD_SHORTEST_S, HOLD_TICK_S, clip_speeds, held_tick, hold_poses, hold_ticks,
-};
+pub use hold_poses::{HELD_BOUND_S, HOLD_TICK_S, clip_speeds, held_tick, hold_poses, hold_ticks};
 pub use join_phases::{begin_second, join_phases};
 pub use key_instances::{FRACTION_BOUND, key_full_detail, key_instances};
 pub use key_points::key_points;
@@ -77,8 +75,8 @@ pub use write_bucket_args::write_bucket_args;
 pub use write_draw_args::write_draw_args;
 
 use crate::{
-    Buckets, Capacities, CrowdData, DrawArgs, Fit, FrameConfig, FrameTotals, InstanceBase, InstanceRecord, LodChoice,
-    MorphRecord, Weight, WeightSums, discrete_config, overflow,
+    Buckets, BudgetIn, Capacities, CrowdData, DrawArgs, Fit, FrameConfig, FrameTotals, InstanceBase, InstanceRecord,
+    LodChoice, MorphRecord, Weight, WeightSums, discrete_config, overflow,
 };
 use crowd_pack::{CharacterRecord, LodRecord};
 use glam::Vec3;
@@ -92,6 +90,8 @@ pub struct CpuFrame {
     pub morphs: Vec<MorphRecord>,
     /// Sums.
     pub totals: FrameTotals,
+    /// Bits of the water's height where the budget was filled: the next frame's [`FrameConfig::water_before_bits`].
+    pub water_bits: u32,
 }
 
 /// The buffers of one frame's draw.
@@ -122,7 +122,7 @@ pub fn run_selection(
     let unlimited = Capacities { vertex_count: u32::MAX, triangle_count: u32::MAX, ..Default::default() };
     let (choices, bases, end, sums) = select(data, lods, instances, config, fit);
     let (_, totals) = write_draw_args(&choices, &bases, end, &sums, &unlimited, config);
-    CpuFrame { choices, morphs: Vec::new(), totals }
+    CpuFrame { choices, totals, water_bits: sums.water_bits, ..Default::default() }
 }
 
 /// The same of quantised levels, which morph: what [`crate::Technique::Bucketed`] draws unless it is told not to.
@@ -156,7 +156,11 @@ pub fn run_frame(
     let slot_instances = place_vertices(&choices, &bases, capacities);
     let indices = reform_triangles(data, instances, &choices, &bases, capacities);
     let (draw_args, totals) = write_draw_args(&choices, &bases, end, &sums, capacities, config);
-    (CpuFrame { choices, morphs: Vec::new(), totals }, CpuBuffers { bases, slot_instances, indices, draw_args })
+    let water_bits = sums.water_bits;
+    (
+        CpuFrame { choices, totals, water_bits, ..Default::default() },
+        CpuBuffers { bases, slot_instances, indices, draw_args },
+    )
 }
 
 fn select(
@@ -167,6 +171,9 @@ fn select(
     fit: Fit,
 ) -> (Vec<LodChoice>, Vec<InstanceBase>, InstanceBase, WeightSums) {
     let culled = cull_instances(data, instances, config);
+    // Eq. 1 as printed knows vertices alone.
+    let budget_in = if fit == Fit::Fill { config.budget_in } else { BudgetIn::Vertices as u32 };
+    let config = &FrameConfig { budget_in, ..*config };
     let mut sums = sum_weights(data, instances, &culled, config);
     let choices = match fit {
         Fit::Fill => fill_budget(data, lods, instances, &culled, &mut sums, config).0,
@@ -194,7 +201,7 @@ pub fn select_full_detail(data: &CrowdData, instances: &[InstanceRecord], config
     (totals.needed_vertices, totals.needed_triangles) = (totals.vertex_count, totals.triangle_count);
     totals.overflow = if totals.min_vertex_count > config.budget { overflow::BUDGET } else { 0 };
     totals.draw_count = instances.len() as u32;
-    CpuFrame { choices, morphs: Vec::new(), totals }
+    CpuFrame { choices, totals, ..Default::default() }
 }
 
 /// What [`crate::Technique::Instanced`] draws: the visible instances at full detail.
@@ -253,7 +260,7 @@ fn without_budget(choices: Vec<LodChoice>) -> CpuFrame {
         needed_triangles: end.triangle_base,
         ..Default::default()
     };
-    CpuFrame { choices, morphs: Vec::new(), totals }
+    CpuFrame { choices, totals, ..Default::default() }
 }
 
 /// One over the height of the water, where that is pixels.

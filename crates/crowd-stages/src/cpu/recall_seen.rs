@@ -1,7 +1,7 @@
 //! Who was hidden waits, and a little of the budget is kept for those who come into sight.
 
 use crate::dispatch::RESERVE_PART;
-use crate::dots::least_count;
+use crate::dots::least_spent;
 use crate::{CrowdData, CullRecord, FrameConfig, InstanceRecord, SightTally, sight};
 
 /// Takes those whom the last frame's depth hid out of the visible ones, and gives the budget of the first phase.
@@ -26,7 +26,7 @@ pub fn recall_seen(
             if cull.visible != 0 && word & sight::HIDDEN != 0 {
                 cull.visible = 0;
                 let character = &data.characters[instance.character as usize];
-                let least = least_count(character, cull.area_px2, config.dot_area_px2);
+                let least = least_spent(character, cull.area_px2, config);
                 tally.hidden_min_count = tally.hidden_min_count.saturating_add(least);
                 tally.hidden_count += 1;
             }

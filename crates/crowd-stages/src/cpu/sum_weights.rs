@@ -1,10 +1,11 @@
 //! The denominator of Eq. 1, and what the coarsest crowd would cost.
 
 use crate::dispatch::BLOCK_SIZE;
-use crate::dots::least_count;
+use crate::dots::least_spent;
 use crate::{CrowdData, CullRecord, FrameConfig, InstanceRecord, WeightSums};
 
-/// Adds up weights, vertex counts of the coarsest levels (dots, where `config` allows them) and visible instances.
+/// Adds up weights, vertex counts of the coarsest levels (dots, where `config` allows them; triangles, where the budget counts those)
+/// and visible instances.
 ///
 /// `culled`: one per instance. The result's `wanted_count`, `share` and `is_scaled` are 0; `fit_budget` fills them in.
 ///
@@ -25,7 +26,7 @@ pub fn sum_weights(
         weights.push(if visible { cull.weight } else { 0.0 });
         if visible {
             let character = &data.characters[instance.character as usize];
-            let least = least_count(character, cull.area_px2, config.dot_area_px2);
+            let least = least_spent(character, cull.area_px2, config);
             sums.min_vertex_count = sums.min_vertex_count.saturating_add(least);
             sums.visible_count += 1;
         }

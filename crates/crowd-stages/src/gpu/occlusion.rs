@@ -168,6 +168,11 @@ impl Occlusion {
         recorder.stage("join_phases", |pass| self.join.0.record_join(pass, &self.join.1));
     }
 
+    /// Bytes of what depends on the picture's size.
+    pub(crate) fn pyramid_bytes(&self) -> u64 {
+        self.pyramid.as_ref().map_or(0, |pyramid| size_of::<PyramidConfig>() as u64 + pyramid.farthest.size())
+    }
+
     pub(crate) fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
         match name {
             "seen" => Some(&self.seen),

@@ -94,6 +94,13 @@ pub(crate) struct Meters {
 }
 
 impl Meters {
+    /// Bytes of its buffers, and of as many copies on their way back as there can be.
+    pub(crate) fn bytes(&self) -> u64 {
+        let runs = self.runs.as_ref().map_or(0, |runs| runs.resolved.size());
+        let slot = TOTALS_BYTES + self.stamp_bytes() + RUNS_BYTES;
+        self.stamp_bytes() + runs + MAX_SLOTS as u64 * slot
+    }
+
     fn stamp_bytes(&self) -> u64 {
         self.clock.as_ref().map_or(0, |clock| clock.resolved.size())
     }

@@ -1,6 +1,7 @@
 //! The renderer: the shared selection, what the technique adds, then the draw, recorded into an engine's encoder.
 
 mod borrow;
+mod memory;
 mod reference;
 
 use super::HoldPoses;
@@ -8,6 +9,7 @@ use super::draw_crowd::{DrawCrowd, Part};
 use super::draw_marks::DrawMarks;
 use super::draw_scenery::DrawScenery;
 use super::feed::BoundFeed;
+use super::memory_use::MemoryUse;
 use super::occlusion::Occlusion;
 use super::play_motion::{Motion, MotionPlan, check_motion};
 use super::read_back::{self, Meters, ReadBack, RunCounter, StageClock};
@@ -20,8 +22,8 @@ use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
 use crate::dispatch::MAX_CASCADES;
 use crate::{
-    CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, FrameConfig, FrameTotals, InstanceBase, InstanceRecord,
-    Result, SceneryVertex, Skinning, Technique, View, Weight, fit_cascades, shadow_side,
+    BudgetIn, CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, Fit, FrameConfig, FrameTotals, InstanceBase,
+    InstanceRecord, Result, SceneryVertex, Skinning, Technique, View, Weight, fit_cascades, shadow_side,
 };
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
@@ -121,8 +123,6 @@ pub struct CrowdRenderer {
     meters: Meters,
     read_back: ReadBack,
     trial: SkinningTrial,
-    /// Part of `buffer_bytes`, for what is worked out before the draw.
-    skinning_bytes: u64,
     options: RendererOptions,
     characters: Vec<CharacterRecord>,
     /// Character of each instance; none where a simulator has them and does not say.
@@ -134,9 +134,10 @@ pub struct CrowdRenderer {
     /// What drawing all instances at full detail comes to.
     full_detail_totals: FrameTotals,
     layer_side: u32,
-    buffer_bytes: u64,
-    /// Part of them, of the floor baked last.
-    floor_bytes: u64,
+    /// What was asked for so far, but for what [`Self::memory`] adds.
+    memory: MemoryUse,
+    /// Bytes that the device binds at most.
+    largest_binding: u64,
 }
 
 impl CrowdRenderer {
@@ -156,7 +157,16 @@ impl CrowdRenderer {
         }
         let mut up = Uploader { device, queue, bytes: 0 };
         let crowd = CrowdBuffers::new(&mut up, data)?;
+        let character_bytes = up.bytes - crowd.animation_bytes - crowd.layer_bytes;
+        let mut memory = MemoryUse {
+            characters: character_bytes,
+            animation: crowd.animation_bytes,
+            images: crowd.layer_bytes,
+            ..MemoryUse::default()
+        };
+        let before = up.bytes;
         let frame = FrameBuffers::new(&mut up, options.max_instances)?;
+        memory.instances = up.bytes - before;
         let draw = DrawCrowd::new(device, &frame, crowd.joint_storages, options.color_format, options.sample_count);
         Ok(Self {
             selection: Selection::new(device, &crowd, &frame),
@@ -175,7 +185,6 @@ impl CrowdRenderer {
             meters: Meters { clock: StageClock::new(device, queue, MOST_STAMPED), runs: RunCounter::new(device) },
             read_back: ReadBack::default(),
             trial: SkinningTrial::default(),
-            skinning_bytes: 0,
             options,
             characters: data.characters.clone(),
             instance_characters: Vec::new(),
@@ -183,8 +192,8 @@ impl CrowdRenderer {
             feed: None,
             full_detail_totals: FrameTotals::default(),
             layer_side: data.layer_side.max(1),
-            buffer_bytes: up.bytes,
-            floor_bytes: 0,
+            memory,
+            largest_binding: device.limits().max_storage_buffer_binding_size,
             crowd,
             frame,
         })
@@ -204,7 +213,7 @@ impl CrowdRenderer {
         let Self { crowd, frame, draw, options, .. } = &*self;
         let painter = techniques::set_up(technique, Workshop { up: &mut up, crowd, frame, draw, options })?;
         self.painters[technique.number()] = Some(painter);
-        self.buffer_bytes += up.bytes;
+        self.memory.techniques += up.bytes;
         Ok(())
     }
 
@@ -222,6 +231,7 @@ impl CrowdRenderer {
         triangles: &[[u32; 3]],
     ) -> Result<()> {
         self.scenery = None;
+        self.memory.scenery = 0;
         if triangles.is_empty() {
             return Ok(());
         }
@@ -230,7 +240,7 @@ impl CrowdRenderer {
         let (config, light) = (&self.frame.config, self.draw.light_layout());
         let scenery = DrawScenery::new(&mut up, config, vertices, triangles, color_format, sample_count, light)?;
         self.scenery = Some(scenery);
-        self.buffer_bytes += up.bytes;
+        self.memory.scenery = up.bytes;
         Ok(())
     }
 
@@ -257,12 +267,12 @@ impl CrowdRenderer {
             self.bounds.add(instance.position.into(), reach);
         }
         self.return_instances(queue);
-        self.note_instances(instances.len() as u32, instances.iter().map(|instance| instance.character).collect());
+        self.hold(instances.len() as u32, instances.iter().map(|instance| instance.character).collect());
         Ok(())
     }
 
     /// Takes note of who the instances are.
-    fn note_instances(&mut self, count: u32, characters: Vec<u32>) {
+    fn hold(&mut self, count: u32, characters: Vec<u32>) {
         if count != self.instance_count || characters != self.instance_characters {
             self.holds_frame = Default::default();
             // Its clips were those of others.
@@ -311,14 +321,14 @@ impl CrowdRenderer {
         self.end_motion();
         let mut up = Uploader { device, queue, bytes: 0 };
         let motion = Motion::new(&mut up, &self.crowd, &self.frame, self.options.max_instances, plan)?;
-        self.buffer_bytes += motion.bytes;
+        self.memory.motion = motion.bytes;
         self.motion = Some(motion);
         Ok(())
     }
 
     /// Instances stay at what their records say.
     fn end_motion(&mut self) {
-        self.buffer_bytes -= self.motion.take().map_or(0, |motion| motion.bytes);
+        (self.motion, self.memory.motion) = (None, 0);
     }
 
     /// Bakes the frame that [`Technique::StaticFloor`] will draw: selects levels on the GPU as [`Technique::Bucketed`] does,
@@ -349,6 +359,7 @@ impl CrowdRenderer {
         if let Some(motion) = &self.motion {
             recorder.stage("play_motion", |pass| motion.record(pass, config.instance_count));
         }
+        self.frame.recall_water(recorder.encoder, &config);
         self.selection.record(&mut recorder, &config, &options);
         let choices = read_back::read_now(device, queue, encoder, &self.frame.choices, instances.len())?;
         let encoder = device.create_command_encoder(&Default::default());
@@ -359,9 +370,7 @@ impl CrowdRenderer {
         let floor = Floor::bake(&mut up, data, instances, &culled, &choices, &fill[0], &config)?;
         let painter = self.painters[options.technique.number()].as_mut().expect("prepared above");
         painter.lay_floor(floor);
-        self.buffer_bytes -= self.floor_bytes;
-        self.floor_bytes = up.bytes;
-        self.buffer_bytes += up.bytes;
+        self.memory.floor = up.bytes;
         Ok(())
     }
 
@@ -429,6 +438,7 @@ impl CrowdRenderer {
         if let Some(feed) = &self.feed {
             feed.record(&mut recorder, &self.frame);
         }
+        self.frame.recall_water(recorder.encoder, &config);
         if let Some(motion) = &self.motion {
             recorder.stage("play_motion", |pass| motion.record(pass, config.instance_count));
         }
@@ -526,10 +536,10 @@ impl CrowdRenderer {
         if self.shadows.as_ref().is_some_and(|shadows| shadows.side == side) {
             return Ok(());
         }
-        self.buffer_bytes -= self.shadows.take().map_or(0, |shadows| shadows.bytes);
+        (self.shadows, self.memory.shadows) = (None, 0);
         let mut up = Uploader { device, queue, bytes: 0 };
         let shadows = Shadows::new(&mut up, &self.crowd, &self.frame, &self.draw, &self.options, side)?;
-        self.buffer_bytes += shadows.bytes;
+        self.memory.shadows = shadows.bytes;
         self.shadows = Some(shadows);
         Ok(())
     }
@@ -540,12 +550,14 @@ impl CrowdRenderer {
         let RendererOptions { max_instances, sample_count, .. } = self.options;
         if self.occlusion.is_none() {
             self.occlusion = Some(Occlusion::new(&mut up, &self.crowd, &self.frame, max_instances)?);
+            self.memory.occlusion = up.bytes;
         }
         let occlusion = self.occlusion.as_mut().expect("set above");
         let size = (size.0.max(1), size.1.max(1));
-        occlusion.fit(&mut up, &self.crowd, &self.frame, self.draw.depth(), size, sample_count)?;
-        self.buffer_bytes += up.bytes;
-        Ok(())
+        self.memory.occlusion -= occlusion.pyramid_bytes();
+        let fitted = occlusion.fit(&mut up, &self.crowd, &self.frame, self.draw.depth(), size, sample_count);
+        self.memory.occlusion += occlusion.pyramid_bytes();
+        fitted
     }
 
     /// Decides where this frame's vertices are worked out, and sets up what that needs.
@@ -568,12 +580,10 @@ impl CrowdRenderer {
                 self.trial.refuse(&error);
                 return Skinning::Vertex;
             }
-            self.skinning_bytes += up.bytes;
-            self.buffer_bytes += up.bytes;
+            self.memory.skinning += up.bytes;
         } else if is_over {
             painter.forget_skinning();
-            self.buffer_bytes -= self.skinning_bytes;
-            self.skinning_bytes = 0;
+            self.memory.skinning = 0;
         }
         way
     }
@@ -591,8 +601,7 @@ impl CrowdRenderer {
             self.trial.refuse_sharing(error);
             return false;
         }
-        self.skinning_bytes += up.bytes;
-        self.buffer_bytes += up.bytes;
+        self.memory.skinning += up.bytes;
         true
     }
 
@@ -617,7 +626,13 @@ impl CrowdRenderer {
         let has_dots = options.has_dots() && config.weight != Weight::Error as u32;
         let dot_area_px2 = if has_dots { config.dot_area_px2 } else { 0.0 };
         let [hold_far_m, hold_px] = if options.holds_poses { [config.hold_far_m, config.hold_px] } else { [0.0; 2] };
-        FrameConfig { instance_count, morph: morphs.into(), dot_area_px2, hold_far_m, hold_px, ..*config }
+        // Eq. 1 as printed knows vertices alone.
+        let fills = options.fit == Fit::Fill || config.weight == Weight::Error as u32;
+        let budget_in = if fills { config.budget_in } else { BudgetIn::Vertices as u32 };
+        let water_before_bits = 0;
+        let complete =
+            FrameConfig { instance_count, morph: morphs.into(), dot_area_px2, hold_far_m, hold_px, ..*config };
+        FrameConfig { budget_in, water_before_bits, ..complete }
     }
 
     /// Totals of the newest finished frame, without waiting (`wait`: until the last submitted one is done).
@@ -645,11 +660,6 @@ impl CrowdRenderer {
     /// How often the newest finished frame ran the vertex shader for the crowd, as the adapter counts; `None` where it does not.
     pub fn vertex_runs(&mut self) -> Option<u64> {
         self.read_back.collect(&self.meters).vertex_runs
-    }
-
-    /// Bytes of GPU memory this renderer asked for.
-    pub fn gpu_bytes(&self) -> u64 {
-        self.buffer_bytes + self.draw.target_bytes()
     }
 
     /// A buffer that the stages wrote, for tests, by its name in the shaders; `None` where a technique has none of that

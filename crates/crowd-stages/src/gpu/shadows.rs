@@ -101,9 +101,9 @@ impl Light {
         &self.bound
     }
 
-    fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         let size = self.map.size();
-        u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers) * 4
+        self.config.size() + u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers) * 4
     }
 }
 

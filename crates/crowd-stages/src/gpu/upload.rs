@@ -9,7 +9,7 @@ use crate::{
     WeightSums, discrete_config, dot_corners, surface_points,
 };
 use crowd_pack::Texel;
-use std::mem::size_of;
+use std::mem::{offset_of, size_of};
 use std::ops::Range;
 use wgpu::BufferUsages as Usage;
 
@@ -217,6 +217,10 @@ pub(crate) struct CrowdBuffers {
     /// How joints are stored: the shaders' constant of that name.
     pub(crate) joint_storages: u32,
     pub(crate) layers: wgpu::TextureView,
+    /// Bytes of the former texture.
+    pub(crate) animation_bytes: u64,
+    /// Bytes of the latter.
+    pub(crate) layer_bytes: u64,
 }
 
 impl CrowdBuffers {
@@ -224,6 +228,11 @@ impl CrowdBuffers {
         let fewer = "put fewer characters into one pack";
         let buckets = Buckets::of(data)?;
         let quantized_lods = buckets.quantized_lods(data);
+        let before = up.bytes;
+        let animation = up.animation_texture(&data.animation)?;
+        let animation_bytes = up.bytes - before;
+        let layers = up.layer_texture(data)?;
+        let layer_bytes = up.bytes - before - animation_bytes;
         let unknown = || vec![f32::MAX; data.clips.len()];
         let clip_speeds = if data.clip_speeds.is_empty() { unknown() } else { data.clip_speeds.clone() };
         Ok(Self {
@@ -246,9 +255,11 @@ impl CrowdBuffers {
             poses: PoseCounts::of(data, &buckets),
             clips: up.filled("bytes of clips", &data.clips, Usage::STORAGE, fewer)?,
             materials: up.filled("bytes of materials", &data.materials, Usage::STORAGE, fewer)?,
-            animation: up.animation_texture(&data.animation)?,
+            animation,
             joint_storages: data.joint_storages(),
-            layers: up.layer_texture(data)?,
+            layers,
+            animation_bytes,
+            layer_bytes,
         })
     }
 }
@@ -336,6 +347,11 @@ impl LevelTables {
         })
     }
 
+    /// Bytes of the 32-bit indices.
+    pub(crate) fn indices_32_bytes(&self) -> u64 {
+        self.indices_32.size()
+    }
+
     /// Sets the index buffer of 16-bit or of 32-bit indices.
     pub(crate) fn set_indices(&self, pass: &mut wgpu::RenderPass<'_>, is_narrow: bool) {
         match is_narrow {
@@ -392,6 +408,15 @@ impl FrameBuffers {
             bases_of_none: up.empty::<InstanceBase>("no bases", 1, written, fewer)?,
             totals: up.empty::<FrameTotals>("totals", 1, written | Usage::COPY_DST, fewer)?,
         })
+    }
+
+    /// Tells the frame how high the water was in the one before, where it may stay.
+    pub(crate) fn recall_water(&self, encoder: &mut wgpu::CommandEncoder, config: &FrameConfig) {
+        if config.slack > 0 {
+            let (from, to) =
+                (offset_of!(FillState, low_bits) as u64, offset_of!(FrameConfig, water_before_bits) as u64);
+            encoder.copy_buffer_to_buffer(&self.fill, from, &self.config, to, 4);
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3};
 
-/// What the stages need to know of a frame, a uniform of 224 bytes.
+/// What the stages need to know of a frame, a uniform of 240 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct FrameConfig {
@@ -19,7 +19,7 @@ pub struct FrameConfig {
     pub time_s: f32,
     /// `1 / alpha` (Peng 2011 Eq. 1).
     pub inverse_alpha: f32,
-    /// Vertices for the whole frame: the paper's N.
+    /// Vertices (or what `budget_in` says) for the whole frame: the paper's N.
     pub budget: u32,
     /// Instances in the buffer.
     pub instance_count: u32,
@@ -36,11 +36,24 @@ pub struct FrameConfig {
     pub hold_far_m: f32,
     /// Where poses are held: pixels by which a point of them may be late; 0 with `hold_far_m` 0: none is held.
     pub hold_px: f32,
+    /// [`BudgetIn`] as a number.
+    pub budget_in: u32,
+    /// How much of the budget may be left over so that the water stays where it was ([`crate::cpu::fill_budget`]); 0: nothing.
+    pub slack: u32,
+    /// Bits of the water's height in the frame before, 0: there was none; filled in like `instance_count`.
+    pub water_before_bits: u32,
     /// Zero.
-    pub reserved: u32,
+    pub reserved_a: u32,
+    /// Zero.
+    pub reserved_b: u32,
 }
 
 impl FrameConfig {
+    /// What a level takes of the budget.
+    pub fn spent(&self, vertex_count: u32, triangle_count: u32) -> u32 {
+        if self.budget_in == BudgetIn::Triangles as u32 { triangle_count } else { vertex_count }
+    }
+
     /// The frame's uniform: planes from the matrix, pixels per radian from the field of view.
     ///
     /// `instance_count` is filled in by whoever holds the instances ([`crate::gpu::CrowdRenderer::encode`] and
@@ -64,7 +77,11 @@ impl FrameConfig {
             dot_area_px2: 0.0,
             hold_far_m: 0.0,
             hold_px: 0.0,
-            reserved: 0,
+            budget_in: BudgetIn::Vertices as u32,
+            slack: 0,
+            water_before_bits: 0,
+            reserved_a: 0,
+            reserved_b: 0,
         }
     }
 }
@@ -108,6 +125,26 @@ fn frustum_planes(clip_from_world: &Mat4) -> [[f32; 4]; 6] {
         // An infinite far plane has no normal: it holds everything.
         if length > 1e-12 { (plane / length).to_array() } else { [0.0, 0.0, 0.0, f32::MAX] }
     })
+}
+
+/// What the budget counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BudgetIn {
+    /// Vertices, as the papers do.
+    #[default]
+    Vertices = 0,
+    /// Triangles: what rasterisers are bound by. Only water filling counts them; Eq. 1 as printed shares vertices.
+    Triangles = 1,
+}
+
+impl BudgetIn {
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Vertices => "vertices",
+            Self::Triangles => "triangles",
+        }
+    }
 }
 
 /// How Eq. 1 weighs an instance.
@@ -193,7 +230,7 @@ pub struct FrameTotals {
     pub vertex_count: u32,
     /// Triangles drawn.
     pub triangle_count: u32,
-    /// Vertices of the visible instances' coarsest levels: the least budget that draws all of them.
+    /// Vertices (or what the budget counts) of the visible instances' coarsest levels: the least budget that draws all of them.
     pub min_vertex_count: u32,
     /// [`overflow`] bits.
     pub overflow: u32,

@@ -69,7 +69,7 @@ pub struct LodChoice {
 pub struct WeightSums {
     /// Sum of the weights: the denominator of Eq. 1.
     pub weight: f32,
-    /// Vertices of the visible instances' coarsest levels, saturating.
+    /// Vertices (or what the budget counts) of the visible instances' coarsest levels, saturating.
     pub min_vertex_count: u32,
     /// Visible instances.
     pub visible_count: u32,
@@ -94,14 +94,20 @@ pub struct FillState {
     pub low_bits: u32,
     /// Least height known not to fit, or the same.
     pub high_bits: u32,
-    /// Vertices at the former.
+    /// Vertices (or what the budget counts) at the former.
     pub low_count: u32,
     /// Passes done.
     pub pass_number: u32,
     /// Heights to try next, rising; in the first pass the last is that of Eq. 1.
     pub candidates: [u32; dispatch::FILL_CANDIDATES as usize],
-    /// Zeros.
-    pub reserved: [u32; 4],
+    /// What the levels may come to: the budget, or less by the slack.
+    pub goal: u32,
+    /// Vertices (or what the budget counts) at `high_bits`, saturating.
+    pub high_count: u32,
+    /// Between the two heights, as far as the goal is between their counts: what morphs go by.
+    pub smooth_bits: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// What [`crate::Technique::Discrete`] is told of the crowd, a uniform of 16 bytes.

@@ -9,6 +9,7 @@ use crate::cpu_levels::CpuLevels;
 use crate::crowd::{self, Crowd};
 use crate::gpu_backend::GpuBackend;
 use crate::gpu_device::Gpu;
+use crate::memory::{MEGABYTE, with_baseline};
 use crate::picture::Picture;
 use crate::plan::{HeadlessPlan, Show};
 use crate::stats::{Frame, Spread, overflow_words, skinning_words};
@@ -105,8 +106,15 @@ fn measure_count(
     let plan = &asked.plan;
     let Show::Headless(HeadlessPlan { dt_s, start_s, .. }) = plan.show else { unreachable!("a bench has no window") };
     let viewer = Viewer::open(&plan.camera, &crowd)?;
-    let budget = budget.unwrap_or_else(|| backend::usual_budget(Some(gpu), &crowd, &plan.detail));
-    let mut backend = GpuBackend::new(gpu.clone(), &crowd, plan.size, samples, budget)?;
+    let given = budget;
+    let mut budget = given.unwrap_or_else(|| backend::usual_budget(Some(gpu), &crowd, &plan.detail));
+    let asked_for = (budget, plan.detail.budget_in);
+    let mut backend = GpuBackend::new(gpu.clone(), &crowd, plan.size, samples, asked_for)?;
+    if let Some(limit_bytes) = plan.machine.vram_bytes {
+        let draws = asked.words.ab.iter().map(|variant| variant.options(plan.detail.draw)).collect();
+        budget = backend.fit_memory(&crowd, &plan.detail, limit_bytes, with_baseline(draws), given)?;
+        talk.say(&format!("{budget} {} fit {} MB", plan.detail.budget_in.name(), limit_bytes / MEGABYTE));
+    }
     let new = |&variant: &Variant| Contender {
         variant,
         frames: Vec::new(),
@@ -143,6 +151,7 @@ fn measure_count(
             let index = (first + turn) % contenders.len();
             let contender = &mut contenders[index];
             let options = contender.variant.options(plan.detail.draw);
+            let config = contender.variant.config(config);
             if asked.words.ab.iter().any(|variant| variant.fades) {
                 backend.set_instances(&shown(&crowd, contender.variant))?;
             }
@@ -185,6 +194,7 @@ fn measure_count(
     let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
     let mut picture = |instances: &[InstanceRecord], variant: Variant| {
         let options = variant.options(plan.detail.draw);
+        let config = variant.config(config);
         backend.set_instances(instances)?;
         backend.bake(&crowd, &config, options)?;
         backend.draw(&config, options)?;
@@ -221,6 +231,7 @@ fn measure_count(
         let levels = CpuLevels::new(&crowd.data)?;
         for (row, contender) in rows.iter_mut().zip(&contenders) {
             let options = contender.variant.options(plan.detail.draw);
+            let config_of = |frame: u32| contender.variant.config(config_of(frame));
             let pops = measure_pops(&mut backend, &mut crowd, &levels, options, rounds, &config_of)?;
             row.pop_rmse = pops.as_ref().map(Pops::rmse);
             row.pop_p999 = pops.as_ref().map(Pops::p999);

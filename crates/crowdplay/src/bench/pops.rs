@@ -166,7 +166,14 @@ pub fn measure_pops(
     }
     crowd.play(first.time_s);
     backend.draw(&first, options)?;
-    let mut before = levels.select(crowd, &first, options);
+    // As on the GPU, every frame knows how high the water was in the one before.
+    let mut water_before_bits = 0;
+    let mut select = |crowd: &Crowd, config: &FrameConfig| {
+        let frame = levels.select(crowd, &FrameConfig { water_before_bits, ..*config }, options);
+        water_before_bits = frame.water_bits;
+        frame
+    };
+    let mut before = select(crowd, &first);
     for frame in 1..frames {
         let config = config_of(frame);
         if crowd.advance(config.time_s) {
@@ -178,7 +185,7 @@ pub fn measure_pops(
         let with_its_levels = backend.picture()?;
         backend.draw(&config, options)?;
         pops.add(&with_its_levels, &backend.picture()?);
-        let after = levels.select(crowd, &config, options);
+        let after = select(crowd, &config);
         // When people come or leave, nobody has a frame before.
         if before.choices.len() == after.choices.len() {
             let moves = moves_between(crowd, &before, &after, &config);

@@ -1,7 +1,7 @@
 //! What takes part in a bench: a technique, with switches after plus signs.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use crowd_stages::{DrawOptions, Skinning, Technique};
+use crowd_stages::{DrawOptions, FrameConfig, Skinning, Technique};
 use std::fmt;
 use std::str::FromStr;
 
@@ -18,6 +18,8 @@ pub struct Variant {
     pub shadows: bool,
     /// Levels change at once.
     pub jumps: bool,
+    /// A hundredth of the budget may be left over so that levels keep still, unless the bench says how much.
+    pub steady: bool,
     /// Everyone is halfway from one clip to another, in every frame.
     pub fades: bool,
     /// Poses of far ones are held.
@@ -26,6 +28,8 @@ pub struct Variant {
     pub shares: bool,
 }
 
+/// Part of the budget that a variant may leave over so that levels keep still.
+const STEADY_PART: u32 = 100;
 /// Shadow maps of a variant with shadows.
 const SHADOW_MAPS: u32 = 4;
 
@@ -43,6 +47,13 @@ impl Variant {
             ..draw
         }
     }
+
+    /// The frame as it has it.
+    pub fn config(self, config: FrameConfig) -> FrameConfig {
+        let is_set = config.slack > 0 || !self.steady;
+        let slack = if is_set { config.slack } else { config.budget / STEADY_PART };
+        FrameConfig { slack, ..config }
+    }
 }
 
 impl From<Technique> for Variant {
@@ -51,6 +62,7 @@ impl From<Technique> for Variant {
             technique,
             occlusion: false,
             jumps: false,
+            steady: false,
             skinning: None,
             shadows: false,
             fades: false,
@@ -64,12 +76,13 @@ impl fmt::Display for Variant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let occlusion = if self.occlusion { "+occlusion" } else { "" };
         let jumps = if self.jumps { "+jumps" } else { "" };
+        let steady = if self.steady { "+steady" } else { "" };
         let skinning = self.skinning.map(|way| format!("+{}", way.name())).unwrap_or_default();
         let shadows = if self.shadows { "+shadows" } else { "" };
         let fades = if self.fades { "+fades" } else { "" };
         let rates = if self.rates { "+rates" } else { "" };
         let shares = if self.shares { "+share" } else { "" };
-        f.pad(&format!("{}{occlusion}{jumps}{skinning}{shadows}{fades}{rates}{shares}", self.technique))
+        f.pad(&format!("{}{occlusion}{jumps}{steady}{skinning}{shadows}{fades}{rates}{shares}", self.technique))
     }
 }
 
@@ -80,12 +93,14 @@ impl FromStr for Variant {
         let mut parts = text.split('+');
         let mut variant = Self::from(parts.next().unwrap_or_default().trim().parse::<Technique>()?);
         let is_bucketed = variant.technique == Technique::Bucketed;
+        let has_water = variant.technique.has_budget();
         for part in parts.map(str::trim) {
             let way = Skinning::WAYS.into_iter().find(|way| way.name() == part);
             match way {
                 Some(_) if is_bucketed && variant.skinning.is_none() => variant.skinning = way,
                 None if is_bucketed && part == "occlusion" => variant.occlusion = true,
                 None if is_bucketed && part == "jumps" => variant.jumps = true,
+                None if has_water && part == "steady" => variant.steady = true,
                 None if part == "shadows" => variant.shadows = true,
                 None if part == "fades" => variant.fades = true,
                 None if part == "rates" => variant.rates = true,
@@ -93,10 +108,15 @@ impl FromStr for Variant {
                 _ => {
                     let ways = Skinning::WAYS.map(Skinning::name).join(", ");
                     return Err(format!(
-                        "found {text:?}, allowed after bucketed+: occlusion, jumps, shadows, fades, rates, share and one of {ways}; after others +shadows, +fades and +rates"
+                        "found {text:?}, allowed after bucketed+: occlusion, jumps, steady, shadows, fades, rates, share and one of {ways}; after others +shadows, +fades and +rates, after those with a budget +steady"
                     ));
                 }
             }
+        }
+        if variant.technique == Technique::StaticFloor && variant.rates {
+            return Err(format!(
+                "found {text:?}, allowed +rates after others: the floor is baked anew for each frame, with everyone's pose of that time"
+            ));
         }
         if variant.shares && !matches!(variant.skinning, Some(Skinning::Palettes | Skinning::Compute)) {
             return Err(format!("found {text:?}, allowed +share after bucketed+compute or bucketed+palettes"));
@@ -114,6 +134,10 @@ pub fn variants() -> impl TypedValueParser<Value = Variant> {
         bucketed("bucketed+shadows", "The same with four shadow maps of the sun"),
         bucketed("bucketed+occlusion+shadows", "Both"),
         bucketed("bucketed+jumps", "The same with levels that change at once"),
+        bucketed(
+            "bucketed+steady",
+            "The same with 1 % of the budget left over so that levels keep still (or --steady)",
+        ),
         bucketed(
             "bucketed+rates",
             "The same with poses of far ones held for a while (--pose-rates, or within a pixel)",
@@ -149,6 +173,8 @@ mod tests {
             "bucketed+compute",
             "bucketed+occlusion+vertex+shadows",
             "bucketed+jumps",
+            "bucketed+steady",
+            "reform+steady",
             "bucketed+palettes+fades",
             "reform+fades",
             "bucketed+compute+rates",
@@ -172,6 +198,8 @@ mod tests {
             "bucketed+",
             "b3+compute",
             "bucketed+vertex+compute",
+            "static-floor+rates",
+            "instanced+steady",
         ] {
             assert!(name.parse::<Variant>().is_err(), "{name}");
         }

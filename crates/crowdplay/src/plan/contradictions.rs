@@ -1,8 +1,27 @@
 //! Words that contradict each other, refused before anything is opened.
 
-use crate::cli::{Args, BackendWord, FitWord, PoseRates, SimulatorWord, SkinningWord, Switch};
+use crate::budget_words::BudgetInWord;
+use crate::cli::{Args, BackendWord, FitWord, MetricWord, PoseRates, SkinningWord, Switch};
 use crate::{Error, Result};
 use crowd_stages::{Technique, View};
+
+/// Eq. 1 as printed shares vertices, and memory is a GPU's.
+pub(super) fn check_budget(args: &Args) -> Result<()> {
+    let refused = |option, found: &str, allowed: &str| {
+        Err(Error::Parameter { option, found: found.to_owned(), allowed: allowed.to_owned() })
+    };
+    let in_triangles = args.room.budget_in == BudgetInWord::Triangles;
+    if in_triangles && args.fit == FitWord::Eq1 && args.lod_metric == MetricWord::Size {
+        return refused("--budget-in", "triangles with --fit eq1", "triangles with --fit fill");
+    }
+    if args.room.steady > 0.0 && args.fit == FitWord::Eq1 && args.lod_metric == MetricWord::Size {
+        return refused("--steady", "with --fit eq1", "with --fit fill");
+    }
+    if args.room.vram.is_some() && args.backend == BackendWord::Cpu {
+        return refused("--vram", "with --backend cpu", "with a GPU");
+    }
+    Ok(())
+}
 
 /// Only the bucketed technique has more than one way to skin, and the CPU has its own.
 pub(super) fn check_skinning(args: &Args) -> Result<()> {
@@ -64,12 +83,12 @@ pub(super) fn check_simulator(args: &Args) -> Result<()> {
         Err(Error::Parameter { option: "--simulate", found, allowed: allowed.to_owned() })
     };
     match args.simulate {
-        SimulatorWord::Auto => Ok(()),
+        BackendWord::Auto => Ok(()),
         _ if args.flock.is_none() => refused("without --flock".to_owned(), "with --flock"),
-        SimulatorWord::Gpu if args.backend == BackendWord::Cpu => {
+        BackendWord::Gpu if args.backend == BackendWord::Cpu => {
             refused("gpu with --backend cpu".to_owned(), "with a GPU")
         }
-        SimulatorWord::Gpu | SimulatorWord::Cpu => Ok(()),
+        BackendWord::Gpu | BackendWord::Cpu => Ok(()),
     }
 }
 

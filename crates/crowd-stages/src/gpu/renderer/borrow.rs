@@ -35,17 +35,17 @@ impl CrowdRenderer {
         let bound = BoundFeed::new(&mut up, feed, &self.crowd, &self.frame, count)?;
         self.return_instances(queue);
         self.end_motion();
-        self.buffer_bytes += bound.bytes;
+        self.memory.feed = bound.bytes;
         self.feed = Some(bound);
         self.bounds = feed.bounds;
-        self.note_instances(most, feed.characters.to_vec());
+        self.hold(most, feed.characters.to_vec());
         Ok(())
     }
 
     /// Forgets a simulator's instances.
     pub(super) fn return_instances(&mut self, queue: &wgpu::Queue) {
-        if let Some(feed) = self.feed.take() {
-            self.buffer_bytes -= feed.bytes;
+        if self.feed.take().is_some() {
+            self.memory.feed = 0;
             self.holds_frame = Default::default();
             queue.write_buffer(&self.frame.totals, 0, bytemuck::bytes_of(&FrameTotals::default()));
         }

@@ -64,7 +64,7 @@ impl CrowdRenderer {
             let mut up = Uploader { device, queue, bytes: 0 };
             let RendererOptions { color_format, sample_count, .. } = self.options;
             self.marks = Some(DrawMarks::new(&mut up, color_format, sample_count, self.draw.light_layout())?);
-            self.buffer_bytes += up.bytes;
+            self.memory.others += up.bytes;
         }
         Ok(())
     }
