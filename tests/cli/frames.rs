@@ -124,7 +124,8 @@ fn a_bake_and_inspect_say_the_same_of_how_animation_is_stored() {
         let baked = said.json()["characters"][0]["animation"].clone();
         let seen = bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json();
         let seen = seen["characters"][0]["animation"].clone();
-        for field in ["storage", "frames", "sampled_frames", "bytes", "papers_bytes", "error_m"] {
+        for field in ["storage", "frames", "sampled_frames", "bytes", "papers_bytes", "vertex_texture_bytes", "error_m"]
+        {
             assert!(!seen[field].is_null());
             assert_eq!(baked[field], seen[field], "{layout}: {field}");
         }

@@ -68,16 +68,17 @@ fn differing(a: &[u32], b: &[u32]) -> usize {
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn keys_agree_for_all_sizes() {
+    let (mut apart, mut morphs_apart, mut all) = (0, 0, 0);
     for case in cases() {
         let keyed = keyed(&case);
         let ((gpu, gpu_morphs), (cpu, cpu_morphs)) = (keyed.on_gpu(), keyed.on_cpu());
-        let apart = differing(&gpu, &cpu);
-        assert!(apart * 500 <= cpu.len() + 499, "{apart} of {} keys", cpu.len());
-        let morphs_apart = gpu_morphs.iter().zip(&cpu_morphs).filter(|(a, b)| a != b).count();
-        assert!(morphs_apart * 500 <= cpu.len() + 499, "{morphs_apart} of {} morphs", cpu.len());
+        apart += differing(&gpu, &cpu);
+        morphs_apart += gpu_morphs.iter().zip(&cpu_morphs).filter(|(a, b)| a != b).count();
+        all += cpu.len();
         let bucket = |key: &u32| key >> poses().0.pose_bits;
         assert!(gpu.iter().map(bucket).eq(keyed.keys.iter().copied()), "buckets stay");
     }
+    assert!(apart.max(morphs_apart) * 500 <= all, "{apart} keys and {morphs_apart} morphs of {all}");
 }
 
 #[test]

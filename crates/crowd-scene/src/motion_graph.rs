@@ -25,8 +25,6 @@ use crate::{Error, Gait, Result};
 const HEADING: &str = "# crowd motion graph v1";
 /// States of a graph.
 const MOST_STATES: usize = 64;
-/// Ways of a graph: each state to each.
-const MOST_WAYS: usize = MOST_STATES * MOST_STATES;
 /// Seconds of a stay.
 const LONGEST_STAY_S: f32 = 3600.0;
 /// Turns of a stay.
@@ -109,9 +107,6 @@ impl MotionGraph {
                     lines.push(line.number);
                 }
                 "way" => {
-                    if graph.ways.len() == MOST_WAYS {
-                        return Err(Error::Limit { line: line.number, allowed: MOST_WAYS });
-                    }
                     let way = graph.read_way(&line)?;
                     graph.ways.push(way);
                 }

@@ -9,7 +9,7 @@ use crowd_stages::{
     FeedConfig, FeedState, FillState, FlockConfig, FrameConfig, FrameTotals, GaitClipRecord, InstanceBase,
     InstanceRecord, LodChoice, MarkConfig, MorphRecord, MotionRecord, MotionSchedule, MotionStretch, MoverRecord,
     OriginRecord, PoseCounts, PyramidConfig, PyramidLevel, PyramidStep, SUN_DIRECTION, ShadowConfig, SightTally,
-    SkinnedVertex, SortPass, SortedBoid, View, Weight, WeightSums, dispatch, overflow, sight,
+    SkinnedVertex, SortPass, SortedBoid, View, Weight, WeightSums, cpu, dispatch, overflow, sight,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};
@@ -419,6 +419,23 @@ fn constants_are_the_same() {
         assert_eq!(constant_difference(&module, name, &[f64::from(rust)]), None);
     }
     assert!(constant_difference(&module, "BLOCK_SIZE", &[128.0]).is_some(), "the comparison can fail");
+    let module = parse(&gpu::HoldPoses::source());
+    let seconds = [
+        ("HOLD_TICK_S", cpu::HOLD_TICK_S),
+        ("HOLD_SHORTEST_S", cpu::HOLD_SHORTEST_S),
+        ("HOLD_LONGEST_S", cpu::HOLD_LONGEST_S),
+    ];
+    for (name, rust) in seconds {
+        assert_eq!(constant_difference(&module, name, &[f64::from(rust)]), None);
+    }
+}
+
+#[test]
+fn every_stage_is_looked_at() {
+    let looked_at: Vec<&str> = sources().into_iter().map(|(name, _)| name).collect();
+    for stage in gpu::STAGES {
+        assert!(looked_at.contains(&stage), "{stage} has no source here");
+    }
 }
 
 #[test]

@@ -489,7 +489,7 @@ fn say_baked(talk: &Talk<'_>, baked: &BakedCharacter, seconds: f64) {
         coarsest.vertex_count,
         baked.animation.clips.len(),
     ));
-    let animation = AnimationInspection::of_bake(&baked.animation, baked.raw.joints.len());
+    let animation = AnimationInspection::of_bake(baked);
     talk.note(format_args!("  animation: {}", animation.words()));
     if let Some(sentence) = check_sentence(&baked.order.frames) {
         talk.note(format_args!("  {sentence}"));

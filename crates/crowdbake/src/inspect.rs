@@ -1,10 +1,10 @@
 //! What is in a pack or in an asset, as documents that print as tables or as JSON.
 
-use crate::bake::warning_sentence;
+use crate::bake::{BakedCharacter, warning_sentence};
 use crate::error::{BakeError, Cause, Step};
 use crate::lod_target::LodTarget;
 use crate::report::SCHEMA_VERSION;
-use crate::store_animation::{StoredAnimation, storage_name};
+use crate::store_animation::storage_name;
 use crate::unpack::Unpacked;
 use crate::views;
 use crowd_lod::{LodMesh, SeamReport};
@@ -101,6 +101,8 @@ pub struct AnimationInspection {
     pub bytes: u64,
     /// Bytes of the sampled frames in the papers' layout, 64 a joint.
     pub papers_bytes: u64,
+    /// Bytes of the sampled frames in a texture of posed vertices, 8 a vertex (position and normal at 16 bits, as the smallest such textures have).
+    pub vertex_texture_bytes: u64,
 }
 
 /// Seams and classes at full detail (Peng 2011, section 4.2).
@@ -358,19 +360,27 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
 /// How a packed character's animation is stored.
 pub(crate) fn inspect_animation(character: &Unpacked<'_>) -> AnimationInspection {
     let layout = character.contents.manifest.animation_layout;
+    let sampled_frames = character.clips.iter().map(|clip| character.sampled_frames(clip)).sum();
     AnimationInspection {
         storage: storage_name(layout, character.record.storage().unwrap_or_default()),
         error_m: character.record.storage_error_m,
         frames: character.clips.iter().map(|clip| clip.frame_count).sum(),
-        sampled_frames: character.clips.iter().map(|clip| character.sampled_frames(clip)).sum(),
+        sampled_frames,
         bytes: character.animation_bytes(),
         papers_bytes: character.papers_animation_bytes(),
+        vertex_texture_bytes: vertex_texture_bytes(character.record.vertex_count, sampled_frames),
     }
+}
+
+fn vertex_texture_bytes(vertex_count: u32, frames: u64) -> u64 {
+    frames.saturating_mul(u64::from(vertex_count) * 8)
 }
 
 impl AnimationInspection {
     /// Of what a bake stores.
-    pub(crate) fn of_bake(animation: &StoredAnimation, joint_count: usize) -> Self {
+    pub(crate) fn of_bake(baked: &BakedCharacter) -> Self {
+        let (animation, joint_count) = (&baked.animation, baked.raw.joints.len());
+        let vertex_count = baked.order.levels.last().map_or(0, |full| full.vertex_count);
         Self {
             storage: animation.storage_name(),
             error_m: animation.error_m,
@@ -378,18 +388,20 @@ impl AnimationInspection {
             sampled_frames: animation.sampled_frames.into(),
             bytes: animation.bytes(joint_count),
             papers_bytes: animation.papers_bytes(joint_count),
+            vertex_texture_bytes: vertex_texture_bytes(vertex_count, animation.sampled_frames.into()),
         }
     }
 
     /// In words.
     pub(crate) fn words(&self) -> String {
         format!(
-            "{}, {} of {} frames, {} bytes ({:.3} of the papers' layout), off by {:.3} mm at most",
+            "{}, {} of {} frames, {} bytes ({:.3} of the papers' layout, {:.3} of a texture of posed vertices), off by {:.3} mm at most",
             self.storage,
             grouped(self.frames),
             grouped(self.sampled_frames),
             grouped(self.bytes),
             self.bytes as f64 / self.papers_bytes.max(1) as f64,
+            self.bytes as f64 / self.vertex_texture_bytes.max(1) as f64,
             self.error_m * 1e3,
         )
     }

@@ -279,7 +279,7 @@ impl CharacterReport {
         self.animation = Some(AnimationCounts {
             joints: baked.raw.joints.len() as u32,
             clips: animation.clips.len() as u32,
-            stored: AnimationInspection::of_bake(animation, baked.raw.joints.len()),
+            stored: AnimationInspection::of_bake(baked),
             allowed_m: animation.allowed_m,
             passed_over: animation.passed_over.iter().map(passed_over).collect(),
         });

@@ -72,7 +72,8 @@ Files, one entry a line, # begins a comment:
 
 Exit codes:
   0 done   1 pack, layout, trajectories, motion graph or camera path refused   2 usage   3 output not written
-  5 this machine lacks what was asked for: a GPU (--backend gpu, --adapter), a display (without --headless)
+  5 this machine lacks what was asked for: a GPU (--backend gpu, --adapter), a display (without
+  --headless), ffmpeg (a film for --out)
 
 Data goes to standard output (--report -, --out -, --list-adapters), everything else to standard error.";
 
@@ -105,10 +106,9 @@ pub struct Args {
           conflicts_with_all = ["count", "layout", "spacing", "trajectories", "walk"], help_heading = "Crowd")]
     pub flock: Option<u32>,
 
-    /// Who simulates the flock: the GPU, where nobody's place ever comes back to the CPU and its work does not grow with the flock;
-    /// the CPU, which sends everyone over each frame; or whichever is faster: the GPU unless it is software. The rules are the same
-    #[arg(long, value_enum, default_value_t = BackendWord::Auto, value_name = "WHO", help_heading = "Crowd")]
-    pub simulate: BackendWord,
+    /// Who simulates the flock. The steering is the same; places differ after a while, since sums are added up in another order
+    #[arg(long, value_enum, default_value_t = SimulatorWord::Auto, value_name = "WHO", help_heading = "Crowd")]
+    pub simulate: SimulatorWord,
 
     /// People that walk along the waypoints of a file, or without one around a rectangle; how many says --count
     #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = AROUND, value_hint = ValueHint::FilePath,
@@ -274,7 +274,7 @@ pub struct Args {
 
     /// In a corner of the picture, what a second camera sees that has all of the crowd and the first camera in view: who is drawn, at the
     /// levels chosen for the first one, who is culled as dots, and the edges of its frustum. Not with occlusion culling, nor the
-    /// techniques pseudo-instancing and discrete
+    /// techniques pseudo-instancing, discrete and points
     #[arg(long, help_heading = "Camera")]
     pub reference_camera: bool,
 
@@ -426,6 +426,17 @@ pub enum BackendWord {
     /// A GPU, or exit code 5
     Gpu,
     /// The software rasteriser
+    Cpu,
+}
+
+/// `--simulate`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SimulatorWord {
+    /// The GPU, unless it is software or does not draw
+    Auto,
+    /// The GPU: nobody's place comes back to the CPU, whose work does not grow with the flock
+    Gpu,
+    /// The CPU, which sends everyone over each frame
     Cpu,
 }
 

@@ -3,7 +3,7 @@
 mod contradictions;
 mod seen_from;
 
-use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, PoseRates, Switch, WeightWord};
+use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, PoseRates, SimulatorWord, Switch, WeightWord};
 use crate::memory::MEGABYTE;
 use crate::{Error, Result};
 use contradictions::{
@@ -412,9 +412,9 @@ pub fn plan(args: &Args) -> Result<Plan> {
             count: args.count,
             layout: layout(args)?,
             simulator: match args.simulate {
-                BackendWord::Auto => Simulator::Auto,
-                BackendWord::Gpu => Simulator::Gpu,
-                BackendWord::Cpu => Simulator::Cpu,
+                SimulatorWord::Auto => Simulator::Auto,
+                SimulatorWord::Gpu => Simulator::Gpu,
+                SimulatorWord::Cpu => Simulator::Cpu,
             },
             walkable: args.walkable.clone(),
             spacing_m: args.spacing,

@@ -9,9 +9,9 @@ use rayon::prelude::*;
 /// Seconds of a tick: poses change 50 times a second at most.
 pub const HOLD_TICK_S: f32 = 0.02;
 /// Seconds between two poses at the camera.
-const HOLD_SHORTEST_S: f32 = 0.02;
+pub const HOLD_SHORTEST_S: f32 = 0.02;
 /// The same from `hold_far_m` on: 4 a second.
-const HOLD_LONGEST_S: f32 = 0.25;
+pub const HOLD_LONGEST_S: f32 = 0.25;
 
 /// Sets how long ago each instance's pose is of: far ones keep theirs for up to a quarter of a second.
 ///

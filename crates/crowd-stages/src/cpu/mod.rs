@@ -49,7 +49,9 @@ pub use fill_cells::fill_cells;
 pub use find_leaders::find_leaders;
 pub use fit_budget::fit_budget;
 pub use gather_drawn::{DRAWN_BOUND, gather_drawn};
-pub use hold_poses::{HELD_BOUND_S, HOLD_TICK_S, clip_speeds, held_tick, hold_poses, hold_ticks};
+pub use hold_poses::{
+    HELD_BOUND_S, HOLD_LONGEST_S, HOLD_SHORTEST_S, HOLD_TICK_S, clip_speeds, held_tick, hold_poses, hold_ticks,
+};
 pub use join_phases::{begin_second, join_phases};
 pub use key_instances::{FRACTION_BOUND, key_full_detail, key_instances};
 pub use key_points::key_points;

@@ -267,12 +267,12 @@ impl CrowdRenderer {
             self.bounds.add(instance.position.into(), reach);
         }
         self.return_instances(queue);
-        self.hold(instances.len() as u32, instances.iter().map(|instance| instance.character).collect());
+        self.note_instances(instances.len() as u32, instances.iter().map(|instance| instance.character).collect());
         Ok(())
     }
 
     /// Takes note of who the instances are.
-    fn hold(&mut self, count: u32, characters: Vec<u32>) {
+    fn note_instances(&mut self, count: u32, characters: Vec<u32>) {
         if count != self.instance_count || characters != self.instance_characters {
             self.holds_frame = Default::default();
             // Its clips were those of others.

@@ -1,7 +1,7 @@
 //! Words that contradict each other, refused before anything is opened.
 
 use crate::budget_words::BudgetInWord;
-use crate::cli::{Args, BackendWord, FitWord, MetricWord, PoseRates, SkinningWord, Switch};
+use crate::cli::{Args, BackendWord, FitWord, MetricWord, PoseRates, SimulatorWord, SkinningWord, Switch};
 use crate::{Error, Result};
 use crowd_stages::{Technique, View};
 
@@ -83,12 +83,12 @@ pub(super) fn check_simulator(args: &Args) -> Result<()> {
         Err(Error::Parameter { option: "--simulate", found, allowed: allowed.to_owned() })
     };
     match args.simulate {
-        BackendWord::Auto => Ok(()),
+        SimulatorWord::Auto => Ok(()),
         _ if args.flock.is_none() => refused("without --flock".to_owned(), "with --flock"),
-        BackendWord::Gpu if args.backend == BackendWord::Cpu => {
+        SimulatorWord::Gpu if args.backend == BackendWord::Cpu => {
             refused("gpu with --backend cpu".to_owned(), "with a GPU")
         }
-        BackendWord::Gpu | BackendWord::Cpu => Ok(()),
+        SimulatorWord::Gpu | SimulatorWord::Cpu => Ok(()),
     }
 }
 

@@ -38,7 +38,7 @@ impl CrowdRenderer {
         self.memory.feed = bound.bytes;
         self.feed = Some(bound);
         self.bounds = feed.bounds;
-        self.hold(most, feed.characters.to_vec());
+        self.note_instances(most, feed.characters.to_vec());
         Ok(())
     }
 
