@@ -287,6 +287,31 @@ mod tests {
         assert!(stood > 100, "people wait");
     }
 
+    /// The gait and since when, seen by looking often, are what walkers say; nobody stands for a wait that is too short for it.
+    #[test]
+    fn people_know_since_when_they_stand_or_walk() {
+        let text = "# crowd waypoints v1\nroute 0\n0 0 2\n6 0 0.3\n6 9 1\n0 9\n";
+        let ways = Waypoints::parse(text).expect("good");
+        let one = |step: u32| at(&ways, 1, step as f32 * 0.01)[0];
+        let (mut since, mut changes) = (None, 0);
+        for step in 1..6000 {
+            let (before, now) = (one(step - 1), one(step));
+            assert_ne!(now.gait, now.gait_before);
+            if before.gait != now.gait {
+                (since, changes) = (Some(step), changes + 1);
+                assert_eq!(now.gait_before, before.gait);
+            }
+            if let Some(since) = since {
+                let seen_s = (step - since) as f32 * 0.01;
+                assert!((now.changed_s - seen_s).abs() < 0.012, "{} s, seen {seen_s} s ago", now.changed_s);
+            }
+        }
+        // 30 m and 3.3 s a round, in which two of the three waits are stood.
+        assert!((7..=14).contains(&changes), "{changes}");
+        let never = Waypoints::parse("# crowd waypoints v1\nroute 0\n0 0 0.3\n6 0\n6 9\n").expect("good");
+        assert!(at(&never, 9, 50.0).iter().all(|w| w.gait == Gait::Walk && w.changed_s == f32::INFINITY));
+    }
+
     #[test]
     fn people_look_where_they_go() {
         let ways = Waypoints::around(50, 1.0);

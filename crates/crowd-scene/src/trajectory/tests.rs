@@ -45,6 +45,42 @@ fn one_scene_in_four_formats_is_one_scene() {
     }
 }
 
+/// Somebody who stands, walks, runs, and stands again: the gait and since when, seen by looking often, are what the walker says.
+#[test]
+fn people_know_since_when_they_stand_walk_or_run() {
+    let speed_at = |t: f64| match t {
+        t if t < 2.0 => 0.0,
+        t if t < 5.0 => 1.2,
+        t if t < 8.0 => 4.0,
+        // Too short for a gait.
+        t if (9.0..9.2).contains(&t) => 0.0,
+        t if t < 11.0 => 1.2,
+        _ => 0.0,
+    };
+    let (mut x, mut text) = (0.0, "# framerate: 20\n".to_owned());
+    for frame in 0..280 {
+        text.push_str(&format!("1 {frame} {x:.4} 0\n"));
+        x += speed_at(f64::from(frame) * 0.05) * 0.05;
+    }
+    let scene = read(&text).expect("it is sound");
+    let mut gaits = Vec::new();
+    let mut since_s = f32::NEG_INFINITY;
+    for step in 0..1390 {
+        let time_s = step as f32 * 0.01;
+        let now = who(&scene, 1, time_s).expect("always there");
+        if gaits.last() != Some(&now.gait) {
+            if let Some(before) = gaits.last() {
+                assert_eq!(now.gait_before, *before);
+                since_s = time_s;
+            }
+            gaits.push(now.gait);
+        }
+        let seen_s = time_s - since_s;
+        assert!(now.changed_s == seen_s || (now.changed_s - seen_s).abs() < 0.012, "{} and {seen_s}", now.changed_s);
+    }
+    assert_eq!(gaits, [Gait::Idle, Gait::Walk, Gait::Run, Gait::Walk, Gait::Idle]);
+}
+
 #[test]
 fn people_come_and_leave_and_come_back() {
     let scene = Trajectories::read(DATABASE, None).expect("a fixture");
