@@ -186,7 +186,16 @@ fn bucketed(vertex: MeshVertex, owner: Owner) -> Surface {
     return place_vertex(drawn_of(owner), vertex);
 }
 
-// The same between two levels: a vertex that the coarser one lacks comes from where that has it, with its normal, texture
+// Depth alone, for the shadow maps.
+@vertex
+fn bucketed_caster(vertex: MeshVertex, owner: Owner) -> @builtin(position) vec4f {
+    let drawn = drawn_of(owner);
+    let rows = skin_matrix(vertex.skin, vertex.skin, 1.0, drawn);
+    let local = vec4f(bitcast<vec3f>(vertex.place.xyz), 1.0) * rows;
+    return config.clip_from_world * vec4f(drawn.position + turn_by(drawn.turn, local * drawn.scale), 1.0);
+}
+
+// One draw a bucket between two levels: a vertex that the coarser one lacks comes from where that has it, with its normal, texture
 // coordinates, colour and matrix. Twin: pose_between in crowd-stages/src/cpu/pose_instance.rs.
 @vertex
 fn bucketed_morphing(vertex: MeshVertex, origin: MeshOrigin, owner: Owner) -> Surface {
@@ -284,7 +293,7 @@ fn shade(surface: Surface, @builtin(front_facing) is_front: bool) -> @location(0
     return vec4f(base.rgb * light_at(normal, sun_share(surface.world_position, normal)), 1.0);
 }
 
-// Depth alone, for the shadow maps: what is cut out throws no shadow.
+// Depth alone, for the shadow maps of crowds of which something is cut out: that throws no shadow.
 @fragment
 fn mask(surface: Surface) {
     let uv_dx = dpdx(surface.uv);

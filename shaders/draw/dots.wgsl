@@ -18,15 +18,16 @@ fn light_of_ball(towards_eye: vec3f) -> vec3f {
     return (ambient + SUN_COLOR * lit) * EXPOSURE;
 }
 
-// A corner is a DotCorner in the words of a mesh's vertex.
-@vertex
-fn dots(vertex: MeshVertex, owner: Owner) -> Dot {
-    let drawn = drawn_of(owner);
+// A dot's middle; its corner is a DotCorner in the words of a mesh's vertex.
+fn dot_middle(vertex: MeshVertex, drawn: DrawnInstance) -> vec3f {
     let rows = skin_matrix(vertex.skin, vertex.skin, 1.0, drawn);
     let local = vec4f(bitcast<vec3f>(vertex.place.xyz), 1.0) * rows;
-    let middle = drawn.position + turn_by(drawn.turn, local * drawn.scale);
+    return drawn.position + turn_by(drawn.turn, local * drawn.scale);
+}
+
+// The corner of a dot that is turned to the eye, or to the sun.
+fn dot_corner(vertex: MeshVertex, drawn: DrawnInstance, middle: vec3f, towards_eye: vec3f) -> vec3f {
     let half_size_m = bitcast<vec2f>(vertex.looks.xy);
-    let towards_eye = normalize(config.eye - middle);
     // Seen from above nothing has a right side; any will do.
     let across = length(towards_eye.xz);
     let right = select(vec3f(1.0, 0.0, 0.0), vec3f(towards_eye.z, 0.0, -towards_eye.x) / across, across > 1e-4);
@@ -38,10 +39,26 @@ fn dots(vertex: MeshVertex, owner: Owner) -> Dot {
     let x = select(select(0.0, 1.0, number == 1u), -1.0, number == 0u);
     // The middle of the corners is the dot's.
     let y = select(4.0 / 3.0, -2.0 / 3.0, number < 2u) * turned;
-    let place = middle + (right * (half_size_m.x * x) + up * (height_m * y)) * drawn.scale;
+    return middle + (right * (half_size_m.x * x) + up * (height_m * y)) * drawn.scale;
+}
+
+@vertex
+fn dots(vertex: MeshVertex, owner: Owner) -> Dot {
+    let drawn = drawn_of(owner);
+    let middle = dot_middle(vertex, drawn);
+    let towards_eye = normalize(config.eye - middle);
+    let place = dot_corner(vertex, drawn, middle, towards_eye);
     let color = unpack4x8unorm(vertex.place.w);
     let light = select(vec3f(1.0), light_of_ball(towards_eye), color.a > 0.5);
     return Dot(config.clip_from_world * vec4f(place, 1.0), color.rgb * color.rgb * light);
+}
+
+// Depth alone, for the shadow maps: the sun is the eye.
+@vertex
+fn dots_caster(vertex: MeshVertex, owner: Owner) -> @builtin(position) vec4f {
+    let drawn = drawn_of(owner);
+    let place = dot_corner(vertex, drawn, dot_middle(vertex, drawn), SUN_DIRECTION);
+    return config.clip_from_world * vec4f(place, 1.0);
 }
 
 @fragment

@@ -13,6 +13,9 @@
 // Half texels at a map's rim that may not be read: those of the filter and of the offsets along normals.
 const FINER_TEXELS: f32 = 16.0;
 
+// Height in texels below which somebody may be dots.
+const DOTS_BELOW_TEXELS: f32 = 8.0;
+
 // Whether all that a sphere may shade finds its shadow in a finer map: light falls along the map's depth, so that is what lies
 // behind its outline.
 fn is_in_finer(center: vec3f, radius: f32) -> bool {
@@ -35,6 +38,20 @@ fn shadow_may_show(center: vec3f, radius: f32) -> bool {
     return shows;
 }
 
+// Dots for somebody of a few texels, about one a texel of their height and fewer vertices than the coarsest mesh; 0: the mesh.
+fn dots_of(radius: f32, cascade: Cascade, coarsest: LodRecord) -> u32 {
+    let height = radius / (0.55 * cascade.texel_m);
+    let may_be = config.dot_area_px2 > 0.0 && height < DOTS_BELOW_TEXELS;
+    if !may_be {
+        return 0u;
+    }
+    var dots = 1u << firstLeadingBit(u32(max(height, 1.0)));
+    while dots > 0u && dots * DOT_VERTICES >= coarsest.vertex_count {
+        dots /= 2u;
+    }
+    return dots;
+}
+
 @compute @workgroup_size(BLOCK_SIZE)
 fn select_casters(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let i = group_number(workgroup) * BLOCK_SIZE + lane;
@@ -55,12 +72,12 @@ fn select_casters(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
     var level = error_lods[error_entry(instance.character, instance.scale * cascade.details_per_m)];
     let coarsest = error_lods[error_entry(instance.character, 0.0)];
     let seen = choices[i];
+    let dots = dots_of(radius, cascade, coarsest);
+    if dots > 0u {
+        level = LodRecord(dots * DOT_VERTICES, dots);
+    }
     if which.has_choices == 1u && seen.vertex_count > 0u && seen.vertex_count < level.vertex_count {
         level = LodRecord(seen.vertex_count, seen.triangle_count);
-        // Dots throw the shadow of the coarsest mesh.
-        if seen.vertex_count < coarsest.vertex_count {
-            level = coarsest;
-        }
     }
     casters[i] = LodChoice(level.vertex_count, level.triangle_count);
 }

@@ -72,14 +72,36 @@ fn difference(casting: &Casting, step: &CascadeStep, gpu: &[LodChoice], cpu: &[L
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn casters_agree_for_all_sizes_and_cascades() {
     for case in cases().filter(|case| case.count() > 0) {
-        let casting = casting(case);
-        for cascade in 0..4 {
+        let mut casting = casting(case);
+        for (cascade, has_dots) in (0..4).flat_map(|cascade| [(cascade, false), (cascade, true)]) {
+            casting.case.config.dot_area_px2 = if has_dots { 200.0 } else { 0.0 };
             let step = step(cascade, cascade % 2);
             let expected = on_cpu(&casting, casting.case.data, &step);
             let found = on_gpu(&casting, &step);
-            assert_eq!(difference(&casting, &step, &found, &expected), None, "cascade {cascade}");
+            assert_eq!(difference(&casting, &step, &found, &expected), None, "cascade {cascade}, dots: {has_dots}");
         }
     }
+}
+
+#[test]
+fn who_is_a_few_texels_high_casts_as_dots_that_have_fewer_vertices_than_the_coarsest_mesh() {
+    let mut casting = casting(case(1000, 30, Weight::Area));
+    let [meshes, dots] = [0.0, 200.0].map(|area| {
+        casting.case.config.dot_area_px2 = area;
+        (0..4).map(|cascade| on_cpu(&casting, casting.case.data, &step(cascade, 0))).collect::<Vec<_>>()
+    });
+    let coarsest =
+        |i: usize| casting.case.data.characters[casting.case.instances[i].character as usize].min_vertex_count;
+    let mut counts = [0; 4];
+    for (cascade, (meshes, dots)) in meshes.iter().zip(&dots).enumerate() {
+        for (i, (mesh, caster)) in meshes.iter().zip(dots).enumerate() {
+            assert_eq!(mesh.vertex_count > 0, caster.vertex_count > 0, "somebody comes or goes");
+            let is_dots = caster.vertex_count > 0 && caster.vertex_count < coarsest(i);
+            assert!(is_dots || caster == mesh);
+            counts[cascade] += u32::from(is_dots);
+        }
+    }
+    assert!(counts[0] == 0 && counts[3] > 20, "{counts:?}");
 }
 
 #[test]

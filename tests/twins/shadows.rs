@@ -3,6 +3,7 @@
 use crate::cases::data;
 use crate::occlusion::{HEIGHT, ON, WIDTH, renderer as street_renderer, street};
 use crate::whole_chain::{OPTIONS, draw, renderer};
+use crowd_stages::gpu::CrowdRenderer;
 use crowd_stages::{DrawOptions, FrameConfig, FrameView, InstanceRecord, SUN_DIRECTION, Technique, Weight};
 use crowd_tests::gpu::{self, Picture};
 use crowd_tests::synthetic;
@@ -101,6 +102,32 @@ fn hidden_people_throw_their_shadows_all_the_same() {
     let plain = picture.pixels();
     draw(&mut renderer, &picture, &config, DrawOptions { shadows: 3, ..ON });
     assert!(picture.pixels() != plain, "shadows show");
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn dots_throw_as_much_shadow_as_meshes() {
+    let instances = synthetic::instances(data(), 400);
+    // Their coarse levels have hardly any outline left: let them cast at full detail.
+    let mut data = data().clone();
+    data.levels.iter_mut().for_each(|level| level.bound_m = 1e6);
+    let view = view(Vec3::new(-20.0, 60.0, 130.0), Vec3::ZERO, 0.5);
+    let (device, queue) = gpu::device();
+    let mut renderer = CrowdRenderer::new(device, queue, &data, OPTIONS).expect("it fits");
+    renderer.set_instances(queue, &instances).expect("valid");
+    let picture = Picture::new((WIDTH, HEIGHT));
+    let mut shade_of = |dot_area_px2: f32| {
+        let config = FrameConfig { dot_area_px2, ..FrameConfig::from_camera(&view) };
+        let [shaded, plain] = [SHADED, PLAIN].map(|options| {
+            draw(&mut renderer, &picture, &config, options);
+            picture.pixels()
+        });
+        plain.iter().zip(&shaded).map(|(a, b)| i64::from(brightness(*a) - brightness(*b)).max(0)).sum::<i64>()
+    };
+    // Full detail for the camera in both, for the budget has no end.
+    let [meshes, dots] = [0.0, 200.0].map(&mut shade_of);
+    assert!(meshes > 0 && dots != meshes, "somebody is dots for the sun");
+    assert!((0.7..1.4).contains(&(dots as f32 / meshes as f32)), "{meshes} of meshes, {dots} of dots");
 }
 
 #[test]

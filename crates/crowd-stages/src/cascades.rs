@@ -7,6 +7,8 @@ use glam::{DMat3, DMat4, DVec3, Mat4, Vec3};
 pub const SUN_DIRECTION: [f32; 3] = [0.451_129, 0.701_757, 0.551_380];
 /// Fewest and most texels a side of a shadow map.
 const SIDES: [u32; 2] = [512, 2048];
+/// Texels by which casters may be off: light looks at three by three of them, and bounds are of the worst point in the worst pose.
+const CASTER_TEXELS: f64 = 2.0;
 /// Nearest depth that a cascade begins at, metres.
 const NEAREST_M: f64 = 0.5;
 /// Farthest depth with shadows, metres.
@@ -130,7 +132,7 @@ fn cascade(center: DVec3, radius: f64, world_height: f64, side: u32) -> Cascade 
         clip_from_world: clip_from_world.to_cols_array_2d(),
         texel_m: texel as f32,
         half_m: half as f32,
-        details_per_m: (1.0 / texel) as f32,
+        details_per_m: (1.0 / (CASTER_TEXELS * texel)) as f32,
         reserved: 0,
     }
 }

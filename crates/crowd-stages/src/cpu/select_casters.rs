@@ -2,18 +2,22 @@
 
 use super::fill_budget::error_entry;
 use crate::cascades::SUN_DIRECTION;
-use crate::{CascadeStep, CrowdData, FrameConfig, InstanceRecord, LodChoice, ShadowConfig};
+use crate::dispatch::DOT_VERTICES;
+use crate::{Cascade, CascadeStep, CrowdData, FrameConfig, InstanceRecord, LodChoice, ShadowConfig};
 use crowd_pack::LodRecord;
 use glam::{Mat4, Vec3, Vec4};
 
 /// Half texels at a map's rim that may not be read: those of the filter and of the offsets along normals.
 const FINER_TEXELS: f32 = 16.0;
 
+/// Height in texels below which somebody may be dots.
+const DOTS_BELOW_TEXELS: f32 = 8.0;
+
 /// Levels of those whose shadow may show in the cascade that `step` names; zeros for the others.
 ///
 /// A caster's sphere meets the map's square, and the sphere drawn out along the sun's rays to the floor meets the camera's
-/// frustum; and not all of it is in the next finer map, where whatever it shades looks first. Its level is the coarsest whose measured error is at most a texel of the map; never a finer one than the
-/// camera sees where `step.has_choices` says that `choices` has those, so that nobody is shaded by details they do not show.
+/// frustum; and not all of it is in the next finer map, where whatever it shades looks first. Its level is the coarsest whose measured error is
+/// at most two texels of the map, or dots where the camera may have some and it is less than eight texels high; never a finer one than the camera sees where `step.has_choices` says that `choices` has those, so that nobody is shaded by details they do not show.
 ///
 /// `error_lods`: of [`crate::Buckets::error_lods`]. Returns one choice per instance.
 ///
@@ -39,17 +43,30 @@ pub fn select_casters(
         {
             return LodChoice::default();
         }
-        let LodRecord { vertex_count, triangle_count } =
-            error_lods[error_entry(instance.character, instance.scale * cascade.details_per_m)];
+        let coarsest = error_lods[error_entry(instance.character, 0.0)];
+        let LodRecord { vertex_count, triangle_count } = match dots_of(radius, cascade, &coarsest, config) {
+            0 => error_lods[error_entry(instance.character, instance.scale * cascade.details_per_m)],
+            dots => LodRecord { vertex_count: dots * DOT_VERTICES, triangle_count: dots },
+        };
         let seen = choices[i];
-        if step.has_choices == 1 && seen.vertex_count > 0 && seen.vertex_count < vertex_count {
-            // Dots throw the shadow of the coarsest mesh.
-            let LodRecord { vertex_count, triangle_count } = error_lods[error_entry(instance.character, 0.0)];
-            return if seen.vertex_count < vertex_count { LodChoice { vertex_count, triangle_count } } else { seen };
-        }
-        LodChoice { vertex_count, triangle_count }
+        let sees_less = step.has_choices == 1 && seen.vertex_count > 0 && seen.vertex_count < vertex_count;
+        if sees_less { seen } else { LodChoice { vertex_count, triangle_count } }
     };
     instances.iter().enumerate().map(of).collect()
+}
+
+/// Dots for somebody of a few texels, about one a texel of their height and fewer vertices than the coarsest mesh; 0: the mesh.
+fn dots_of(radius: f32, cascade: &Cascade, coarsest: &LodRecord, config: &FrameConfig) -> u32 {
+    let height = radius / (0.55 * cascade.texel_m);
+    let may_be = config.dot_area_px2 > 0.0 && height < DOTS_BELOW_TEXELS;
+    if !may_be {
+        return 0;
+    }
+    let mut dots = 1 << (height.max(1.0) as u32).ilog2();
+    while dots > 0 && dots * DOT_VERTICES >= coarsest.vertex_count {
+        dots /= 2;
+    }
+    dots
 }
 
 /// Whether all that a sphere may shade finds its shadow in a finer map.

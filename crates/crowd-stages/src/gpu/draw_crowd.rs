@@ -80,7 +80,7 @@ impl DrawCrowd {
                 &[&layouts.backdrop, &layouts.light],
                 &backdrop,
                 "cover",
-                "backdrop",
+                Some("backdrop"),
                 wgpu::CompareFunction::Always,
                 &[],
                 &[],
@@ -122,24 +122,26 @@ impl DrawCrowd {
             &layouts,
             &self.crowd_module,
             vertex,
-            "shade",
+            Some("shade"),
             wgpu::CompareFunction::Less,
             buffers,
             &constants,
         )
     }
 
-    /// A pipeline of the crowd's shader that draws depth alone, into a texture of one sample a pixel.
+    /// A pipeline of the crowd's shader that draws depth alone, into a texture of one sample a pixel. `mask`: the fragment entry
+    /// point that leaves out what is cut out; none where nothing is.
     pub(crate) fn caster_pipeline(
         &self,
         vertex: &str,
+        mask: Option<&str>,
         buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
         bias: wgpu::DepthBiasState,
     ) -> wgpu::RenderPipeline {
         let shape = Shape { bias, ..Shape::of(&self.device) };
         let less = wgpu::CompareFunction::Less;
         let constants = [self.storages()];
-        shape.pipeline(&[&self.layouts.crowd], &self.crowd_module, vertex, "mask", less, buffers, &constants)
+        shape.pipeline(&[&self.layouts.crowd], &self.crowd_module, vertex, mask, less, buffers, &constants)
     }
 
     /// The constant that says how joints are stored.
@@ -164,7 +166,7 @@ impl DrawCrowd {
             &layouts,
             &self.crowd_module,
             "dots",
-            "shade_dot",
+            Some("shade_dot"),
             wgpu::CompareFunction::Less,
             buffers,
             &[self.storages()],
@@ -176,7 +178,7 @@ impl DrawCrowd {
         let layouts = [&self.layouts.crowd, &self.layouts.light];
         let shape = Shape { topology: wgpu::PrimitiveTopology::PointList, ..self.shape() };
         let less = wgpu::CompareFunction::Less;
-        shape.pipeline(&layouts, &self.crowd_module, "points", "shade_point", less, buffers, &[self.storages()])
+        shape.pipeline(&layouts, &self.crowd_module, "points", Some("shade_point"), less, buffers, &[self.storages()])
     }
 
     /// The crowd's bind group with a technique's own list of owners and their bases.
@@ -439,7 +441,7 @@ impl<'a> Shape<'a> {
         layouts: &[&wgpu::BindGroupLayout],
         module: &wgpu::ShaderModule,
         vertex: &str,
-        fragment: &str,
+        fragment: Option<&str>,
         depth_compare: wgpu::CompareFunction,
         buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
         constants: &[(&str, f64)],
@@ -470,9 +472,9 @@ impl<'a> Shape<'a> {
                 bias: self.bias,
             }),
             multisample: wgpu::MultisampleState { count: self.sample_count, ..Default::default() },
-            fragment: Some(wgpu::FragmentState {
+            fragment: fragment.map(|entry_point| wgpu::FragmentState {
                 module,
-                entry_point: Some(fragment),
+                entry_point: Some(entry_point),
                 compilation_options: Default::default(),
                 targets: target.as_slice(),
             }),

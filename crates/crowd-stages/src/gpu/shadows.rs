@@ -33,11 +33,7 @@ pub(crate) fn light_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("light"),
-        entries: &[
-            buffer_entry(0, fragment, Use::Uniform, None),
-            entry(1, map),
-            entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
-        ],
+        entries: &[buffer_entry(0, fragment, Use::Uniform, None), entry(1, map)],
     })
 }
 
@@ -74,13 +70,6 @@ impl Light {
             usage: Usage::UNIFORM | Usage::COPY_DST,
             mapped_at_creation: false,
         });
-        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
-            label: Some("shadow maps"),
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            compare: Some(wgpu::CompareFunction::LessEqual),
-            ..Default::default()
-        });
         let view = map.create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
@@ -91,7 +80,6 @@ impl Light {
             entries: &[
                 wgpu::BindGroupEntry { binding: 0, resource: config.as_entire_binding() },
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&view) },
-                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&sampler) },
             ],
         });
         Ok(Self { config, map, bound })
@@ -117,7 +105,8 @@ pub(crate) struct Shadows {
     select: SelectCasters,
     cascades: Vec<CascadeDraw>,
     draws: BucketDraws,
-    pipeline: wgpu::RenderPipeline,
+    meshes: wgpu::RenderPipeline,
+    dots: wgpu::RenderPipeline,
 }
 
 /// What differs from map to map.
@@ -172,8 +161,13 @@ impl Shadows {
         }
         let frame = FrameBuffers { config: cascades[0].config.clone(), choices: casters, totals, ..f.clone() };
         let draws = BucketDraws::new(up, c, &frame, options, &no_sums)?;
-        let pipeline = draw.caster_pipeline("bucketed", &BucketDraws::INPUTS, caster_bias());
-        Ok(Self { side, bytes: up.bytes, light, select, cascades, draws, pipeline })
+        let inputs = &BucketDraws::INPUTS;
+        let meshes = match c.has_cutouts {
+            true => draw.caster_pipeline("bucketed", Some("mask"), inputs, caster_bias()),
+            false => draw.caster_pipeline("bucketed_caster", None, inputs, caster_bias()),
+        };
+        let dots = draw.caster_pipeline("dots_caster", None, inputs, caster_bias());
+        Ok(Self { side, bytes: up.bytes, light, select, cascades, draws, meshes, dots })
     }
 
     /// Draws the maps. `has_choices`: the levels that the camera sees are in the frame's buffers.
@@ -220,9 +214,13 @@ impl Shadows {
             if let Some(scenery) = scenery {
                 scenery.cast(device, &mut pass, &cascade.config);
             }
-            pass.set_pipeline(&self.pipeline);
+            pass.set_pipeline(&self.meshes);
             pass.set_bind_group(0, &cascade.crowd, &[]);
             self.draws.draw(&mut pass, crowd);
+            if config.dot_area_px2 > 0.0 {
+                pass.set_pipeline(&self.dots);
+                self.draws.draw_stand_ins(&mut pass);
+            }
         }
         recorder.group = None;
     }

@@ -213,6 +213,8 @@ pub(crate) struct CrowdBuffers {
     /// Numbers of poses; `None` where they do not fit.
     pub(crate) poses: Option<(PoseCounts, Vec<u32>)>,
     pub(crate) materials: wgpu::Buffer,
+    /// Something of somebody is cut out.
+    pub(crate) has_cutouts: bool,
     pub(crate) animation: wgpu::TextureView,
     /// How joints are stored: the shaders' constant of that name.
     pub(crate) joint_storages: u32,
@@ -254,6 +256,7 @@ impl CrowdBuffers {
             clip_speeds: up.filled("speeds of clips", &clip_speeds, Usage::STORAGE, fewer)?,
             poses: PoseCounts::of(data, &buckets),
             clips: up.filled("bytes of clips", &data.clips, Usage::STORAGE, fewer)?,
+            has_cutouts: data.materials.iter().any(|material| material.alpha_cutoff > 0.0),
             materials: up.filled("bytes of materials", &data.materials, Usage::STORAGE, fewer)?,
             animation,
             joint_storages: data.joint_storages(),

@@ -203,22 +203,19 @@ fn measure_count(
     if crowd.summary.triangles_full > MOST_PICTURED {
         talk.say(&format!("no difference to full detail: that has more than {MOST_PICTURED} triangles"));
     } else {
-        let empty = picture(&[], Technique::PseudoInstancing.into())?;
-        let of_fades = asked.words.ab.iter().any(|variant| variant.fades);
-        let mut at_full_detail = |fades| {
-            let variant = Variant { fades, ..Technique::PseudoInstancing.into() };
-            picture(&shown(&crowd, variant), variant)
-        };
-        let full_detail = at_full_detail(false)?;
-        let full_detail_fading = if of_fades { Some(at_full_detail(true)?) } else { None };
+        let mut references: Vec<(Variant, [Picture; 2])> = Vec::new();
         for (row, contender) in rows.iter_mut().zip(&contenders) {
+            // In the same light and poses.
+            let Variant { fades, shadows, .. } = contender.variant;
+            let like = Variant { fades, shadows, ..Technique::PseudoInstancing.into() };
+            if !references.iter().any(|(known, _)| *known == like) {
+                references.push((like, [picture(&shown(&crowd, like), like)?, picture(&[], like)?]));
+            }
+            let (_, [full_detail, empty]) = references.iter().find(|(known, _)| *known == like).expect("drawn above");
             // The baseline is what the others are compared with; it is slow enough to draw once.
             row.image_rmse = Some(match contender.variant.technique {
                 Technique::PseudoInstancing => 0.0,
-                _ => {
-                    let like = full_detail_fading.as_ref().filter(|_| contender.variant.fades).unwrap_or(&full_detail);
-                    difference(&picture(&shown(&crowd, contender.variant), contender.variant)?, like, &empty)
-                }
+                _ => difference(&picture(&shown(&crowd, contender.variant), contender.variant)?, full_detail, empty),
             });
         }
     }
