@@ -32,6 +32,9 @@ const DOT_VERTICES: u32 = 3u;
 // Densities of points in a far character's place.
 const POINT_LEVELS: u32 = 4u;
 
+// Points of a clip's root path.
+const ROOT_PATH_POINTS: u32 = 32u;
+
 // Shadow maps of the sun.
 const MAX_CASCADES: u32 = 4u;
 
@@ -219,8 +222,8 @@ struct InstanceBase {
 struct Capacities {
     vertex_count: u32,
     triangle_count: u32,
-    reserved_a: u32,
-    reserved_b: u32,
+    window_first: u32,
+    window_count: u32,
 }
 
 struct DrawArgs {
@@ -474,6 +477,7 @@ struct GaitClipRecord {
     clip: u32,
     reserved_a: u32,
     reserved_b: u32,
+    root_path_m: array<vec2f, ROOT_PATH_POINTS>,
 }
 
 struct MoverRecord {

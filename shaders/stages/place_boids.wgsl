@@ -14,16 +14,17 @@ struct Played {
 }
 
 // Metres of one turn of a clip, 0 where its speed is not known.
-fn stride_of(clip: GaitClipRecord, size: f32) -> f32 {
-    let own_speed = clip.ground_speed_m_s * size;
-    let is_known = own_speed >= flock.least_clip_speed_m_s && clip.duration_s > 0.0;
-    return select(0.0, own_speed * clip.duration_s, is_known);
+fn stride_of(mover: u32, gait: u32, size: f32) -> f32 {
+    let own_speed = movers[mover].clips[gait].ground_speed_m_s * size;
+    let duration_s = movers[mover].clips[gait].duration_s;
+    let is_known = own_speed >= flock.least_clip_speed_m_s && duration_s > 0.0;
+    return select(0.0, own_speed * duration_s, is_known);
 }
 
 // Turns of a gait's clip by now: walking and running count the same steps.
 fn turns_of(mover: u32, gait: u32, boid: BoidRecord, size: f32) -> f32 {
-    let walk_m = stride_of(movers[mover].clips[1], size);
-    let run_m = stride_of(movers[mover].clips[2], size);
+    let walk_m = stride_of(mover, 1u, size);
+    let run_m = stride_of(mover, 2u, size);
     if gait != 0u && walk_m > 0.0 && run_m > 0.0 {
         let ahead = select(0.0, movers[mover].run_ahead_turns, gait == 2u);
         return (boid.walked_m - boid.ran_m) / walk_m + boid.ran_m / run_m + ahead;
@@ -36,15 +37,26 @@ fn turns_of(mover: u32, gait: u32, boid: BoidRecord, size: f32) -> f32 {
     return select(0.0, flock.time_s / max(duration_s, 1e-6), duration_s > 0.0);
 }
 
+// Where a clip's root path is after so many turns.
+fn beside(mover: u32, gait: u32, turns: f32) -> vec3f {
+    let at = (turns - floor(turns)) * f32(ROOT_PATH_POINTS);
+    let first = min(u32(at), ROOT_PATH_POINTS - 1u);
+    let a = movers[mover].clips[gait].root_path_m[first];
+    let b = movers[mover].clips[gait].root_path_m[(first + 1u) % ROOT_PATH_POINTS];
+    let now = a + (b - a) * (at - f32(first));
+    return vec3f(now.x, 0.0, now.y);
+}
+
 fn played(mover: u32, gait: u32, boid: BoidRecord, size: f32, start: f32) -> Played {
-    let clip = movers[mover].clips[gait];
+    let duration_s = movers[mover].clips[gait].duration_s;
     let turns = start + turns_of(mover, gait, boid, size);
     var phase_s = 0.0;
-    if clip.duration_s > 0.0 {
-        let ahead = turns * clip.duration_s - flock.time_s;
-        phase_s = ahead - clip.duration_s * floor(ahead / clip.duration_s);
+    if duration_s > 0.0 {
+        let ahead = turns * duration_s - flock.time_s;
+        phase_s = ahead - duration_s * floor(ahead / duration_s);
     }
-    return Played(clip.clip, phase_s, clip.displacement_m * ((turns - floor(turns)) * size));
+    let moved = movers[mover].clips[gait].displacement_m * (turns - floor(turns)) - beside(mover, gait, turns);
+    return Played(movers[mover].clips[gait].clip, phase_s, moved * size);
 }
 
 @compute @workgroup_size(BLOCK_SIZE)

@@ -46,13 +46,17 @@ fn reform_triangles(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invo
     }
     let character = characters[instances[i].character];
     let k = choice.vertex_count;
-    for (var q = lane; q < choice.triangle_count; q += INSTANCE_GROUP_SIZE) {
+    // The instance's triangles in the part of the buffer that is bound.
+    let window_end = select(saturating_add(capacities.window_first, capacities.window_count), 0xffffffffu, capacities.window_count == 0u);
+    let begin = max(capacities.window_first, base.triangle_base) - base.triangle_base;
+    let end = min(choice.triangle_count, max(window_end, base.triangle_base) - base.triangle_base);
+    for (var q = begin + lane; q < end; q += INSTANCE_GROUP_SIZE) {
         let corner = (character.triangle_offset + q) * 3u;
         let a = surviving(character.vertex_offset, triangles[corner], k);
         let b = surviving(character.vertex_offset, triangles[corner + 1u], k);
         let c = surviving(character.vertex_offset, triangles[corner + 2u], k);
         let t = from_least(vec3u(a, b, c));
-        let place = (base.triangle_base + q) * 3u;
+        let place = (base.triangle_base + q - capacities.window_first) * 3u;
         indices[place] = base.vertex_base + t.x;
         indices[place + 1u] = base.vertex_base + t.y;
         indices[place + 2u] = base.vertex_base + t.z;

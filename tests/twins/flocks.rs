@@ -25,6 +25,9 @@ pub fn filled(config: &FlockConfig, boids: &[BoidRecord]) -> (Vec<u32>, Vec<u32>
     (starts, numbers, sorted)
 }
 
+/// A root path, metres.
+const SWAY: [[f32; 2]; 5] = [[0.0, 0.0], [0.05, 0.1], [0.0, 0.02], [-0.05, -0.1], [0.0, 0.0]];
+
 /// A cast of the barrels: the first clip stands and walks, the second runs; one of them moves by itself.
 pub fn cast() -> Cast {
     let clip = |clip: u32, speed: f32, moved: f32| crowd_scene::GaitClip {
@@ -32,7 +35,8 @@ pub fn cast() -> Cast {
         duration_s: 1.2,
         ground_speed_m_s: speed,
         displacement_m: glam::Vec3::new(0.1, 0.0, moved),
-        ..Default::default()
+        // Walks and runs sway a little.
+        root_path: crowd_scene::RootPath::of(if speed > 0.0 { &SWAY } else { &[] }),
     };
     let mover = |moved: f32| Mover {
         clips: [clip(0, 0.0, 0.0), clip(0, 1.2, moved), clip(1, 2.5, 0.0)],
@@ -116,6 +120,18 @@ fn what_does_not_fit_together_is_refused() {
     assert!(refused(config, &good, &[BoidTraits { mover: 3, ..traits[0] }; 4]).is_some());
     assert!(refused(config, &[BoidRecord { gait: 3, ..good[0] }; 4], &traits).is_some());
     assert!(refused(config, &[BoidRecord { place: [f32::NAN, 0.0], ..good[0] }; 4], &traits).is_some());
+    let slow_first = [config.speed_m_s[1], config.speed_m_s[0]];
+    for rules in [
+        FlockConfig { cohesion: f32::NAN, ..config },
+        FlockConfig { low: [0.0, f32::INFINITY], ..config },
+        FlockConfig { speed_m_s: slow_first, ..config },
+        FlockConfig { speed_m_s: [-1.0, 1.0], ..config },
+        FlockConfig { step_s: 0.0, ..config },
+        FlockConfig { fade_s: -1.0, ..config },
+    ] {
+        assert!(refused(rules, &good, &traits).is_some(), "{rules:?}");
+    }
+    assert!(refused(config, &good, &[BoidTraits { scale: f32::NAN, ..traits[0] }; 4]).is_some());
     for columns in [0, u32::MAX] {
         assert!(refused(FlockConfig { columns, rows: 2, ..config }, &good, &traits).is_some());
     }

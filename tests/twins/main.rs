@@ -34,6 +34,7 @@ mod select_lod;
 mod shadows;
 mod share_poses;
 mod skin_vertices;
+mod small_bindings;
 mod sort_instances;
 mod steer_boids;
 mod sum_weights;

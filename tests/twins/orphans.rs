@@ -43,8 +43,19 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "upload",
         "vertex_inputs",
     ];
-    let not_stages_tests =
-        ["main", "cases", "feeds", "flocks", "memory", "occlusion", "orphans", "shadows", "techniques", "whole_chain"];
+    let not_stages_tests = [
+        "main",
+        "cases",
+        "feeds",
+        "flocks",
+        "memory",
+        "occlusion",
+        "orphans",
+        "shadows",
+        "small_bindings",
+        "techniques",
+        "whole_chain",
+    ];
     assert_eq!(names("shaders/stages", ".wgsl", &[]), stages);
     assert_eq!(names("crates/crowd-stages/src/cpu", ".rs", &not_stages_cpu), stages);
     assert_eq!(names("crates/crowd-stages/src/gpu", ".rs", &not_stages_gpu), stages);

@@ -48,6 +48,13 @@ fn instances_are_those_of_the_twin() {
         let differ = gpu.iter().zip(&cpu).find(|(a, b)| !shows_the_same(a, b, 3e-3));
         assert_eq!(differ, None);
         assert!(data().check_instances(&gpu).is_ok());
+        let mut even = movers.clone();
+        even.iter_mut().flat_map(|mover| &mut mover.clips).for_each(|clip| clip.root_path_m = Default::default());
+        let even = cpu::place_boids(&config, &all, &traits, &even);
+        assert!(
+            count < 2 || gpu.iter().zip(&even).any(|(a, b)| !shows_the_same(a, b, 3e-3)),
+            "root paths are gone along"
+        );
         let late = cpu::place_boids(&FlockConfig { time_s: 4.3, ..config }, &all, &traits, &movers);
         assert!(count == 0 || gpu.iter().zip(&late).any(|(a, b)| !shows_the_same(a, b, 3e-3)), "another time is seen");
     }

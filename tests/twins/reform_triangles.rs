@@ -18,7 +18,7 @@ fn on_gpu(case: &Case, choices: &[LodChoice], capacities: &Capacities, count: us
         &gpu::storage(&case.data.collapse_map),
         &gpu::storage(choices),
         &gpu::storage(&bases),
-        &indices,
+        indices.as_entire_buffer_binding(),
     );
     gpu::run(|pass| stage.record(pass, &bound, case.count()));
     gpu::read(&indices, count)
@@ -35,6 +35,27 @@ fn index_buffers_are_equal_for_all_sizes_and_capacities() {
             let gpu = on_gpu(&case, &choices, &capacities, expected.len());
             assert_eq!(first_difference(&gpu, &expected), None, "{} instances, {capacities:?}", case.count());
         }
+    }
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn parts_of_an_index_buffer_are_equal_and_make_up_the_whole() {
+    for case in cases() {
+        let choices = case.select().choices;
+        let (bases, end) = cpu::scan_counts(&choices);
+        let whole = ample_and_scarce(&choices)[0];
+        let expected = cpu::reform_triangles(case.data, &case.instances, &choices, &bases, &whole);
+        let mut parts = Vec::new();
+        let window_count = (end.triangle_base / 3).max(1);
+        for window_first in (0..end.triangle_base).step_by(window_count as usize) {
+            let window = Capacities { window_first, window_count, ..whole };
+            let part = cpu::reform_triangles(case.data, &case.instances, &choices, &bases, &window);
+            let gpu = on_gpu(&case, &choices, &window, part.len());
+            assert_eq!(first_difference(&gpu, &part), None, "{} instances, {window:?}", case.count());
+            parts.extend(part);
+        }
+        assert_eq!(first_difference(&parts, &expected), None, "{} instances", case.count());
     }
 }
 

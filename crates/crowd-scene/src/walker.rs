@@ -108,6 +108,11 @@ impl RootPath {
         path
     }
 
+    /// Its points, evenly spread over a turn; the first comes again after the last.
+    pub fn points(&self) -> &[[f32; 2]; 32] {
+        &self.points
+    }
+
     /// Where that is after so many turns, in the character's own space.
     pub fn at(&self, turns: f32) -> Vec3 {
         let count = self.points.len();

@@ -8,8 +8,8 @@ use crowd_stages::{
     Cascade, CascadeStep, CullRecord, DiscreteConfig, DispatchArgs, DrawArgs, DrawConfig, DrawCounts, DrawnInstance,
     FeedConfig, FeedState, FillState, FlockConfig, FrameConfig, FrameTotals, GaitClipRecord, InstanceBase,
     InstanceRecord, LodChoice, MarkConfig, MorphRecord, MotionRecord, MotionSchedule, MotionStretch, MoverRecord,
-    OriginRecord, PoseCounts, PyramidConfig, PyramidLevel, PyramidStep, SUN_DIRECTION, ShadowConfig, SightTally,
-    SkinnedVertex, SortPass, SortedBoid, View, Weight, WeightSums, cpu, dispatch, overflow, sight,
+    OriginRecord, PoseCounts, PyramidConfig, PyramidLevel, PyramidStep, ROOT_PATH_POINTS, SUN_DIRECTION, ShadowConfig,
+    SightTally, SkinnedVertex, SortPass, SortedBoid, View, Weight, WeightSums, cpu, dispatch, overflow, sight,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};
@@ -126,7 +126,7 @@ fn rust_layouts() -> Vec<Layout> {
         }),
         layout!(LodChoice { vertex_count, triangle_count }),
         layout!(InstanceBase { vertex_base, triangle_base }),
-        layout!(Capacities { vertex_count, triangle_count, reserved_a, reserved_b }),
+        layout!(Capacities { vertex_count, triangle_count, window_first, window_count }),
         layout!(DrawArgs { index_count, instance_count, first_index, base_vertex, first_instance }),
         layout!(FrameTotals {
             visible_count,
@@ -239,7 +239,15 @@ fn rust_layouts() -> Vec<Layout> {
         }),
         layout!(SortedBoid { place, velocity }),
         layout!(BoidTraits { mover, scale, start, reserved }),
-        layout!(GaitClipRecord { displacement_m, duration_s, ground_speed_m_s, clip, reserved_a, reserved_b }),
+        layout!(GaitClipRecord {
+            displacement_m,
+            duration_s,
+            ground_speed_m_s,
+            clip,
+            reserved_a,
+            reserved_b,
+            root_path_m,
+        }),
         layout!(MoverRecord { clips, character, scale, run_ahead_turns, reserved }),
         layout!(FeedConfig { most, character_count, reserved_a, reserved_b }),
         layout!(FeedState { count, refused_count }),
@@ -390,6 +398,7 @@ fn constants_are_the_same() {
         ("OVERFLOW_TRIANGLES", overflow::TRIANGLES),
         ("WEIGHT_AREA", Weight::Area as u32),
         ("WEIGHT_ERROR", Weight::Error as u32),
+        ("ROOT_PATH_POINTS", ROOT_PATH_POINTS as u32),
         ("BUDGET_TRIANGLES", BudgetIn::Triangles as u32),
         ("MAX_CASCADES", dispatch::MAX_CASCADES),
         ("PYRAMID_LEVELS", dispatch::PYRAMID_LEVELS),

@@ -138,6 +138,7 @@ pub fn mover_record(data: &CrowdData, mover: &Mover, character: u32) -> MoverRec
         duration_s: clip.duration_s,
         ground_speed_m_s: clip.ground_speed_m_s,
         clip: first + clip.clip,
+        root_path_m: *clip.root_path.points(),
         ..Default::default()
     };
     let (scale, run_ahead_turns) = (mover.scale, mover.run_ahead_turns);

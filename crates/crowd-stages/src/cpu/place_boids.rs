@@ -6,7 +6,8 @@ use glam::Vec3;
 
 /// Instances at `flock.time_s`, in order of the boids' numbers. A clip whose ground speed is known follows the metres walked, so
 /// that feet do not slide; another plays at its own rate. For `flock.fade_s` after a change the gait before shares in the pose. What
-/// clips themselves move the character by is taken out again. The rules are those of `Cast::instance` in `crowd-scene`.
+/// clips themselves move the character by is taken out again, and they go along their clips' root paths. The rules are those of
+/// `Cast::instance` in `crowd-scene`.
 ///
 /// Twin: `shaders/stages/place_boids.wgsl`. Phases within a share of 1e-5 of the clip's time; places within 2^-10 of what the clip
 /// moves, for WGSL's sine.
@@ -27,7 +28,8 @@ fn place(flock: &FlockConfig, boid: &BoidRecord, mine: &BoidTraits, mover: &Move
         let ahead = turns * clip.duration_s - flock.time_s;
         let phase_s =
             if clip.duration_s > 0.0 { ahead - clip.duration_s * (ahead / clip.duration_s).floor() } else { 0.0 };
-        (clip.clip, phase_s, Vec3::from(clip.displacement_m) * ((turns - turns.floor()) * scale))
+        let moved = Vec3::from(clip.displacement_m) * (turns - turns.floor()) - beside(clip, turns);
+        (clip.clip, phase_s, moved * scale)
     };
     let (clip, phase_s, moved) = played(boid.gait);
     let (leaving_clip, leaving_phase_s, left_moved) = played(boid.gait_before);
@@ -50,6 +52,16 @@ fn place(flock: &FlockConfig, boid: &BoidRecord, mine: &BoidTraits, mover: &Move
         leaving_share,
         held_s: 0.0,
     }
+}
+
+/// Where a clip's root path is after so many turns.
+fn beside(clip: &GaitClipRecord, turns: f32) -> Vec3 {
+    let count = clip.root_path_m.len();
+    let at = (turns - turns.floor()) * count as f32;
+    let first = (at as usize).min(count - 1);
+    let ([ax, az], [bx, bz]) = (clip.root_path_m[first], clip.root_path_m[(first + 1) % count]);
+    let share = at - first as f32;
+    Vec3::new(ax + (bx - ax) * share, 0.0, az + (bz - az) * share)
 }
 
 /// Turns of a gait's clip by now: where both strides are known, walking and running count the same steps.

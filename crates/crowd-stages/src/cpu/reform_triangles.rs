@@ -8,7 +8,8 @@ use crowd_pack::CharacterRecord;
 /// Writes the frame's index buffer: the first q triangles of each instance with collapsed vertices replaced.
 ///
 /// An index is an entry of the frame's vertex list (see [`super::place_vertices()`]). Instances that do not fit `capacities`
-/// get no triangles. Returns three indices a triangle.
+/// get no triangles. Returns three indices a triangle, of the window alone where `capacities` has one: index buffers that are larger
+/// than a binding are written in parts.
 ///
 /// Paper: Peng 2011 §5.2, "the vertex indices of a triangle are replaced with the target indices returned from the per-vertex
 /// lookup of the collapsing information". Departs: none.
@@ -32,7 +33,13 @@ pub fn reform_triangles(
             indices.extend(triangle.map(|v| base + v));
         }
     }
-    indices
+    match capacities.window_count {
+        0 => indices,
+        count => {
+            let (first, end) = (capacities.window_first as usize, (capacities.window_first + count) as usize);
+            indices[(3 * first).min(indices.len())..(3 * end).min(indices.len())].to_vec()
+        }
+    }
 }
 
 /// The triangles of one level, indices local to the character and below the level's vertex count, the least of each first (as

@@ -189,9 +189,41 @@ fn check(config: &FlockConfig, boids: &[BoidRecord], traits: &[BoidTraits], move
     if cells.is_none() || !(sight_m > 0.0 && sight_m.is_finite()) {
         return wrong("the grid needs cells, fewer than 2^32 - 1, of a size above 0");
     }
+    check_rules(config)?;
+    let bodies = traits.iter().flat_map(|one| [one.scale, one.start]);
+    let clips = movers.iter().flat_map(|mover| &mover.clips);
+    let ways =
+        clips.clone().flat_map(|clip| clip.root_path_m.as_flattened().iter().copied().chain(clip.displacement_m));
+    let times = clips.flat_map(|clip| [clip.duration_s, clip.ground_speed_m_s]);
+    let sizes = movers.iter().flat_map(|mover| [mover.scale, mover.run_ahead_turns]);
+    if bodies.chain(ways).chain(times).chain(sizes).any(|number| !number.is_finite()) {
+        return wrong("a trait or a mover has a number that is not finite");
+    }
     let numbers = |boid: &BoidRecord| [boid.place[0], boid.place[1], boid.velocity[0], boid.velocity[1], boid.pace_m_s];
     if boids.iter().flat_map(numbers).any(|number| !number.is_finite()) {
         return wrong("a boid has a number that is not finite");
+    }
+    Ok(())
+}
+
+/// Rules that steps can go by: finite, spans in order, times that go forwards.
+fn check_rules(config: &FlockConfig) -> Result<()> {
+    let FlockConfig { low, speed_m_s, stands_below_m_s, runs_from_m_s, .. } = *config;
+    let FlockConfig { separation, alignment, cohesion, apart_m, sight_m, radius_m, rim, bodies_m, .. } = *config;
+    let FlockConfig { most_push_m, most_m_s2, turn_hz, step_s, time_s, .. } = *config;
+    let FlockConfig { least_clip_speed_m_s, shortest_gait_s, fade_s, .. } = *config;
+    let spans = [speed_m_s, stands_below_m_s, runs_from_m_s];
+    let steering = [separation, alignment, cohesion, apart_m, sight_m, radius_m, rim, bodies_m, most_push_m, most_m_s2];
+    let times = [turn_hz, step_s, time_s, least_clip_speed_m_s, shortest_gait_s, fade_s];
+    let all = spans.as_flattened().iter().chain(&low).chain(&steering).chain(&times);
+    if all.into_iter().any(|number| !number.is_finite()) {
+        return Err(Error::Flock { problem: "a rule has a number that is not finite" });
+    }
+    if spans.iter().any(|[low, high]| low > high) || speed_m_s[0] < 0.0 {
+        return Err(Error::Flock { problem: "speeds must be in order, the slowest not below 0" });
+    }
+    if step_s <= 0.0 || fade_s < 0.0 || shortest_gait_s < 0.0 {
+        return Err(Error::Flock { problem: "a step must take time, and no time may be below 0" });
     }
     Ok(())
 }

@@ -4,6 +4,7 @@
 
 use super::SortInstances;
 use super::renderer::RendererOptions;
+use super::techniques::windows;
 use crate::dispatch::{BLOCK_SIZE, MAX_CASCADES, POINT_LEVELS};
 use crate::points::MOST_POINTS;
 use crate::{
@@ -137,7 +138,9 @@ impl Sizes {
             }
             Technique::Reform => {
                 let RendererOptions { max_vertices, max_triangles, .. } = self.options;
+                let windows = windows(max_triangles, self.largest_binding).len() as u64;
                 bytes::<Capacities>(1)
+                    + bytes::<Capacities>(windows)
                     + bytes::<InstanceBase>(self.blocks())
                     + bytes::<InstanceBase>(1)
                     + bytes::<InstanceBase>(self.instances())

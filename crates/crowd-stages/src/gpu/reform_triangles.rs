@@ -23,7 +23,7 @@ impl ReformTriangles {
         Self { kernel: Kernel::new(device, "reform_triangles", Self::source(), &["reform_triangles"], &uses) }
     }
 
-    /// Binds the buffers of the shader's bindings, in their order.
+    /// Binds the buffers of the shader's bindings, in their order; of the indices the part that `capacities` has as its window.
     pub fn bind(
         &self,
         device: &wgpu::Device,
@@ -35,12 +35,11 @@ impl ReformTriangles {
         collapse_map: &wgpu::Buffer,
         choices: &wgpu::Buffer,
         bases: &wgpu::Buffer,
-        indices: &wgpu::Buffer,
+        indices: wgpu::BufferBinding<'_>,
     ) -> wgpu::BindGroup {
-        self.kernel.bind(
-            device,
-            &[config, capacities, instances, characters, triangles, collapse_map, choices, bases, indices],
-        )
+        let whole = [config, capacities, instances, characters, triangles, collapse_map, choices, bases];
+        let resources = whole.into_iter().map(|buffer| buffer.as_entire_binding());
+        self.kernel.bind_resources(device, resources.chain([wgpu::BindingResource::Buffer(indices)]))
     }
 
     /// Records the dispatches for that many instances.

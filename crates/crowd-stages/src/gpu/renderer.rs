@@ -86,12 +86,18 @@ pub struct RendererOptions {
 }
 
 impl RendererOptions {
-    /// The same, with vertices and triangles lowered to what a device of these limits can bind: 33.5 million vertices and
-    /// 11.1 million triangles where a binding may have 128 MiB.
+    /// The same, with vertices and triangles lowered to what a device of these limits can hold: 33.5 million vertices where a binding
+    /// may have 128 MiB, and 178 million triangles where a buffer may have 2 GiB.
     pub fn clamped_to(self, limits: &wgpu::Limits) -> Self {
-        let words = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / 4;
-        let words = u32::try_from(words).unwrap_or(u32::MAX);
-        Self { max_vertices: self.max_vertices.min(words), max_triangles: self.max_triangles.min(words / 3), ..self }
+        let words = |bytes: u64| u32::try_from(bytes / 4).unwrap_or(u32::MAX);
+        let bindable = words(limits.max_storage_buffer_binding_size.min(limits.max_buffer_size));
+        // Triangles are written in parts.
+        let indices = words(limits.max_buffer_size);
+        Self {
+            max_vertices: self.max_vertices.min(bindable),
+            max_triangles: self.max_triangles.min(indices / 3),
+            ..self
+        }
     }
 }
 

@@ -50,18 +50,46 @@ impl Uploader<'_> {
         usage: Usage,
         remedy: &'static str,
     ) -> Result<wgpu::Buffer> {
-        let size = count.max(1) * size_of::<T>() as u64;
-        self.check_size(what, size, remedy)?;
+        let limits = self.device.limits();
+        // Only what shaders bind as storage has to fit a binding.
+        let allowed = if usage.contains(Usage::STORAGE) { self.largest_binding() } else { limits.max_buffer_size };
+        self.allocate::<T>(what, count, usage, remedy, allowed)
+    }
+
+    /// A buffer of zeros that shaders are bound to in parts: it may be larger than a binding.
+    pub(crate) fn in_parts<T>(
+        &mut self,
+        what: &'static str,
+        count: u64,
+        usage: Usage,
+        remedy: &'static str,
+    ) -> Result<wgpu::Buffer> {
+        self.allocate::<T>(what, count, usage, remedy, self.device.limits().max_buffer_size)
+    }
+
+    /// Bytes of storage that a shader can be bound to.
+    pub(crate) fn largest_binding(&self) -> u64 {
+        let limits = self.device.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    }
+
+    fn allocate<T>(
+        &mut self,
+        what: &'static str,
+        count: u64,
+        usage: Usage,
+        remedy: &'static str,
+        allowed: u64,
+    ) -> Result<wgpu::Buffer> {
+        let needed = count.max(1) * size_of::<T>() as u64;
+        if needed > allowed {
+            return Err(Error::Limit { what, needed, allowed, remedy });
+        }
+        let size = needed;
         let descriptor = wgpu::BufferDescriptor { label: Some(what), size, usage, mapped_at_creation: false };
         let buffer = buffer_or_error(self.device, what, remedy, &descriptor)?;
         self.bytes += size;
         Ok(buffer)
-    }
-
-    fn check_size(&self, what: &'static str, needed: u64, remedy: &'static str) -> Result<()> {
-        let limits = self.device.limits();
-        let allowed = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        if needed > allowed { Err(Error::Limit { what, needed, allowed, remedy }) } else { Ok(()) }
     }
 
     /// Stored joints as one texture, addressed by one number (see `animation_texel` in `shaders/shared/frames.wgsl`).
@@ -331,8 +359,8 @@ impl LevelTables {
             discrete: discrete_config(&data.characters),
             full_detail: full_detail.collect(),
             stand_ins: up.filled("bytes of dots", &dot_corners(data), Usage::VERTEX, fewer)?,
-            indices_16: up.filled("bytes of 16-bit indices", &indices_16, storage | Usage::INDEX, fewer)?,
-            indices_32: up.filled("bytes of 32-bit indices", &buckets.indices_32, storage | Usage::INDEX, fewer)?,
+            indices_16: up.filled("bytes of 16-bit indices", &indices_16, Usage::INDEX, fewer)?,
+            indices_32: up.filled("bytes of 32-bit indices", &buckets.indices_32, Usage::INDEX, fewer)?,
         })
     }
 
@@ -345,7 +373,7 @@ impl LevelTables {
             bucket_counts: up.filled("bucket counts with points", &[points.counts], Usage::UNIFORM, fewer)?,
             counts: points.counts,
             stand_ins: up.filled("bytes of points", &points.points, Usage::VERTEX, fewer)?,
-            indices_32: up.filled("bytes of 32-bit indices", &points.indices_32, storage | Usage::INDEX, fewer)?,
+            indices_32: up.filled("bytes of 32-bit indices", &points.indices_32, Usage::INDEX, fewer)?,
             ..self.clone()
         })
     }

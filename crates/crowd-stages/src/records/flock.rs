@@ -106,7 +106,7 @@ pub struct BoidTraits {
     pub reserved: u32,
 }
 
-/// A clip as those who walk use it, 32 bytes.
+/// A clip as those who walk use it, 288 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct GaitClipRecord {
@@ -122,9 +122,15 @@ pub struct GaitClipRecord {
     pub reserved_a: u32,
     /// Zero.
     pub reserved_b: u32,
+    /// Where the character has to be beside its even way for standing feet to stay: x and z, metres at scale 1, evenly spread over a
+    /// turn; the first comes again after the last.
+    pub root_path_m: [[f32; 2]; ROOT_PATH_POINTS],
 }
 
-/// A character as one of a flock, 112 bytes.
+/// Points of a clip's root path.
+pub const ROOT_PATH_POINTS: usize = 32;
+
+/// A character as one of a flock, 880 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct MoverRecord {

@@ -20,10 +20,10 @@ pub struct Capacities {
     pub vertex_count: u32,
     /// Triangles of the index buffer.
     pub triangle_count: u32,
-    /// Zero.
-    pub reserved_a: u32,
-    /// Zero.
-    pub reserved_b: u32,
+    /// Of `reform_triangles`: the first triangle of the part of the index buffer that it is bound to.
+    pub window_first: u32,
+    /// How many that part has; 0: it is bound to all.
+    pub window_count: u32,
 }
 
 /// Arguments of an indexed indirect draw, 20 bytes; the layout is wgpu's.

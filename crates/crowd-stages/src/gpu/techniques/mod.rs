@@ -8,6 +8,7 @@ mod pseudo_instancing;
 mod reform;
 mod static_floor;
 
+pub(crate) use reform::windows;
 pub(crate) use static_floor::Floor;
 
 use super::draw_crowd::DrawCrowd;

@@ -12,10 +12,25 @@ pub(crate) struct Reform {
     buffers: Buffers,
     scan_counts: (ScanCounts, wgpu::BindGroup),
     place_vertices: (PlaceVertices, wgpu::BindGroup),
-    reform_triangles: (ReformTriangles, wgpu::BindGroup),
+    /// Bound to each part of the index buffer.
+    reform_triangles: (ReformTriangles, Vec<wgpu::BindGroup>),
     write_draw_args: (WriteDrawArgs, wgpu::BindGroup),
     pipeline: wgpu::RenderPipeline,
     bound: wgpu::BindGroup,
+}
+
+/// Three indices.
+const TRIANGLE_BYTES: u64 = 3 * size_of::<u32>() as u64;
+/// Triangles that parts of an index buffer begin at multiples of: 768 bytes, three times what bindings are aligned to.
+const WINDOW_STEP: u64 = 64;
+
+/// Parts of an index buffer of so many triangles that each fit a binding: first triangle and how many.
+pub(crate) fn windows(triangle_count: u32, largest_binding: u64) -> Vec<(u32, u32)> {
+    let triangle_count = triangle_count.max(1);
+    let most =
+        (largest_binding / TRIANGLE_BYTES / WINDOW_STEP * WINDOW_STEP).clamp(WINDOW_STEP, u32::MAX.into()) as u32;
+    let firsts = (0..triangle_count).step_by(most as usize);
+    firsts.map(|first| (first, most.min(triangle_count - first))).collect()
 }
 
 struct Buffers {
@@ -37,6 +52,7 @@ impl Reform {
             triangle_count: options.max_triangles,
             ..Default::default()
         };
+        let limits = capacities;
         let capacities = up.filled("capacities", &[capacities], Usage::UNIFORM, fewer)?;
         let block_totals = up.empty::<InstanceBase>("counts of blocks", blocks, written, fewer)?;
         let counts = up.empty::<InstanceBase>("counts", 1, written, fewer)?;
@@ -45,7 +61,7 @@ impl Reform {
         let b = Buffers {
             bases: up.empty::<InstanceBase>("bases", n, written, fewer)?,
             slot_instances: up.empty::<u32>("bytes of the vertex list", vertex_count, written, smaller)?,
-            indices: up.empty::<u32>("bytes of the index buffer", index_count, written | Usage::INDEX, smaller)?,
+            indices: up.in_parts::<u32>("bytes of the index buffer", index_count, written | Usage::INDEX, smaller)?,
             draw_args: up.empty::<DrawArgs>("draw arguments", 1, written | Usage::INDIRECT, fewer)?,
         };
 
@@ -57,18 +73,27 @@ impl Reform {
         let config = &f.config;
         let scan_bound = scan.bind(device, config, &f.choices, &block_totals, &b.bases, &counts);
         let place_bound = place.bind(device, config, &capacities, &f.choices, &b.bases, &b.slot_instances);
-        let reform_bound = reform.bind(
-            device,
-            config,
-            &capacities,
-            &f.instances,
-            &c.characters,
-            &c.triangles,
-            &c.collapse_map,
-            &f.choices,
-            &b.bases,
-            &b.indices,
-        );
+        let mut reform_bound = Vec::new();
+        for (window_first, window_count) in windows(limits.triangle_count, up.largest_binding()) {
+            let window = Capacities { window_first, window_count, ..limits };
+            let window = up.filled("window of the index buffer", &[window], Usage::UNIFORM, fewer)?;
+            reform_bound.push(reform.bind(
+                device,
+                config,
+                &window,
+                &f.instances,
+                &c.characters,
+                &c.triangles,
+                &c.collapse_map,
+                &f.choices,
+                &b.bases,
+                wgpu::BufferBinding {
+                    buffer: &b.indices,
+                    offset: u64::from(window_first) * TRIANGLE_BYTES,
+                    size: std::num::NonZeroU64::new(u64::from(window_count) * TRIANGLE_BYTES),
+                },
+            ));
+        }
         let write_bound =
             write.bind(device, config, &capacities, &f.sums, &f.choices, &b.bases, &counts, &b.draw_args, &f.totals);
         Ok(Self {
@@ -89,8 +114,10 @@ impl Painter for Reform {
         context.selection.record(recorder, context.config, &context.options);
         recorder.stage("scan_counts", |pass| self.scan_counts.0.record(pass, &self.scan_counts.1, count));
         recorder.stage("place_vertices", |pass| self.place_vertices.0.record(pass, &self.place_vertices.1, count));
-        recorder
-            .stage("reform_triangles", |pass| self.reform_triangles.0.record(pass, &self.reform_triangles.1, count));
+        recorder.stage("reform_triangles", |pass| {
+            let (reform, parts) = &self.reform_triangles;
+            parts.iter().for_each(|bound| reform.record(pass, bound, count));
+        });
         recorder.stage("write_draw_args", |pass| self.write_draw_args.0.record(pass, &self.write_draw_args.1));
     }
 
@@ -109,5 +136,20 @@ impl Painter for Reform {
             "draw_args" => Some(&self.buffers.draw_args),
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_cover_the_buffer_and_each_fits_a_binding() {
+        assert_eq!(windows(100, 128 << 20), [(0, 100)]);
+        assert_eq!(windows(0, 128 << 20), [(0, 1)]);
+        let all = windows(200_000, 1 << 20);
+        assert_eq!(all.iter().map(|(_, count)| count).sum::<u32>(), 200_000);
+        assert!(all.iter().all(|(first, count)| first % 64 == 0 && u64::from(*count) * TRIANGLE_BYTES <= 1 << 20));
+        assert!(all.is_sorted_by(|a, b| a.0 + a.1 == b.0) && all.len() == 3, "{all:?}");
     }
 }

@@ -1,0 +1,107 @@
+//! A device whose shaders may bind little at a time: buffers are written in parts, or another way is taken, and the picture is the same.
+
+use crate::cases::data;
+use crate::whole_chain::{OPTIONS, close_up};
+use crowd_stages::gpu::{CrowdRenderer, RendererOptions, wanted_features, wanted_limits};
+use crowd_stages::{DrawOptions, FrameConfig, FrameTotals, Skinning, Technique, overflow};
+use crowd_tests::gpu;
+
+const SIZE: (u32, u32) = (320, 180);
+/// Bytes that a shader of the small device may bind.
+const SMALL: u64 = 1 << 16;
+
+fn small_device() -> (wgpu::Device, wgpu::Queue) {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+    descriptor.backends = wgpu::Backends::PRIMARY.with_env();
+    let instance = wgpu::Instance::new(descriptor);
+    let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))
+        .expect("the other tests have one, too");
+    let limits = wanted_limits(&adapter.limits());
+    let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        required_features: wanted_features() & adapter.features(),
+        required_limits: wgpu::Limits { max_storage_buffer_binding_size: SMALL, ..limits },
+        ..Default::default()
+    }))
+    .expect("less than there is");
+    assert_eq!(device.limits().max_storage_buffer_binding_size, SMALL);
+    (device, queue)
+}
+
+/// The renderer, what each frame came to, and its pixels.
+fn frames(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    all: &[DrawOptions],
+) -> (CrowdRenderer, Vec<(FrameTotals, Vec<u8>)>) {
+    let (instances, config) = close_up();
+    let config = FrameConfig { budget: 15_000, ..config };
+    let options = RendererOptions { max_instances: 60, max_vertices: 16_000, max_triangles: 40_000, ..OPTIONS };
+    let mut renderer = CrowdRenderer::new(device, queue, data(), options).expect("a small crowd");
+    renderer.set_instances(queue, &instances).expect("valid");
+    let extent = wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 };
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: extent,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: options.color_format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let view = texture.create_view(&Default::default());
+    let back = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: u64::from(SIZE.0 * SIZE.1 * 4),
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let draw = |renderer: &mut CrowdRenderer, draw: DrawOptions| {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        renderer.encode(device, queue, &mut encoder, &view, SIZE, &config, draw).expect("a small picture");
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(SIZE.0 * 4), rows_per_image: None };
+        let into = wgpu::TexelCopyBufferInfo { buffer: &back, layout };
+        encoder.copy_texture_to_buffer(texture.as_image_copy(), into, extent);
+        queue.submit([encoder.finish()]);
+        let totals = renderer.totals(device, true).expect("a frame was submitted");
+        let (sender, mapped) = std::sync::mpsc::channel();
+        back.map_async(wgpu::MapMode::Read, .., move |result| sender.send(result).expect("the receiver waits below"));
+        device.poll(wgpu::PollType::wait_indefinitely()).expect("not lost");
+        mapped.recv().expect("called once").expect("a buffer can be mapped");
+        let pixels = back.get_mapped_range(..).expect("just mapped").to_vec();
+        back.unmap();
+        (totals, pixels)
+    };
+    let drawn = all.iter().map(|options| draw(&mut renderer, *options)).collect();
+    (renderer, drawn)
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn pictures_of_a_device_that_binds_little_are_those_of_one_that_binds_all() {
+    let bucketed = |skinning| DrawOptions { skinning, ..DrawOptions::from(Technique::Bucketed) };
+    let all = [
+        Technique::Reform.into(),
+        Technique::Instanced.into(),
+        Technique::Discrete.into(),
+        bucketed(Skinning::Vertex),
+        bucketed(Skinning::Palettes),
+        bucketed(Skinning::Compute),
+    ];
+    let (device, queue) = small_device();
+    let (small, small_frames) = frames(&device, &queue, &all);
+    let (device, queue) = gpu::device();
+    let (large, large_frames) = frames(device, queue, &all);
+    for ((options, small), large) in all.iter().zip(&small_frames).zip(&large_frames) {
+        assert_eq!(small.0, large.0, "{options:?}");
+        assert!(small.1 == large.1, "{options:?}: the pictures differ");
+        assert_eq!(small.0.overflow & !overflow::BUDGET, 0, "{options:?}");
+    }
+    let indices = 12 * u64::from(small_frames[0].0.triangle_count);
+    assert!(indices > 3 * SMALL, "{indices} bytes of indices: the case is not worth running");
+    assert!(small_frames[0].1 != small_frames[2].1, "and pictures can differ");
+    // Vertices that do not fit are worked out by the vertex shader, and that is said.
+    let refused = |renderer: &CrowdRenderer| renderer.skinning(Skinning::Compute).refused;
+    assert!(refused(&small).is_some_and(|why| why.contains("skinned vertices")));
+    assert_eq!(refused(&large), None);
+}
