@@ -3,7 +3,7 @@
 use crate::behind::diagonal;
 use crate::find_images::{Image, Moved};
 use crate::frames::draw_evenly;
-use crate::quadrics::{cross, dot, pose_position, sub};
+use crate::quadrics::{dot, pose_position};
 use crate::split_seams::SplitMesh;
 use crate::topology::{Spoke, Topology};
 use crate::{Criteria, LodMesh, LodPoses, Obstacle, VertexClass};
@@ -38,6 +38,8 @@ pub(crate) struct Rules {
     required_wedges: Vec<u32>,
     /// Frames tested besides the bind pose.
     frame_count: usize,
+    /// What each tested pose weighs in a mean over frames: the bind pose nothing.
+    pose_weights: [f32; POSES],
     /// For each position its places in the tested poses: x, y, z, one lane a pose, bind pose first.
     posed: Vec<Places>,
     /// For each triangle its normals at full detail in the tested poses, twice the area long.
@@ -45,7 +47,7 @@ pub(crate) struct Rules {
 }
 
 /// Poses tested at once: the bind pose, the frames, and the bind pose again in the lanes left over.
-const POSES: usize = 8;
+pub(crate) const POSES: usize = 8;
 /// A place or a direction in each tested pose.
 type Places = [[f32; POSES]; 3];
 
@@ -88,6 +90,8 @@ impl Rules {
         };
         let first_normals = split.triangles.par_iter().map(normal).collect();
         let bind: Vec<[f32; 3]> = posed.iter().map(|places| places.map(|c| c[0])).collect();
+        let mut pose_weights = [0.0; POSES];
+        pose_weights[1..=frames.len()].fill(1.0 / frames.len() as f32);
         let turned = TURNED_SHARE * diagonal(&bind);
         Self {
             criteria,
@@ -95,6 +99,7 @@ impl Rules {
             locked,
             required_wedges,
             frame_count: frames.len(),
+            pose_weights,
             posed,
             first_normals,
         }
@@ -128,11 +133,20 @@ impl Rules {
         dot(d, d)
     }
 
-    /// Signed volume of the tetrahedron over a triangle in bind pose, m³: positive for a tip before its front.
-    pub fn bind_volume(&self, triangle: [u32; 3], tip: u32) -> f32 {
-        let at = |p: u32| self.posed[p as usize].map(|c| c[0]);
-        let [a, b, c] = triangle.map(at);
-        dot(cross(sub(b, a), sub(c, a)), sub(at(tip), a)) / 6.0
+    /// What each tested pose weighs in a mean over frames: the bind pose nothing.
+    pub fn pose_weights(&self) -> [f32; POSES] {
+        self.pose_weights
+    }
+
+    /// Adds the signed volumes of the tetrahedron over a triangle in each tested pose, m³: positive for a tip before its front.
+    pub fn add_volumes(&self, triangle: [u32; 3], tip: u32, sum: &mut [f32; POSES]) {
+        let [a, b, c] = triangle.map(|p| &self.posed[p as usize]);
+        let tip = &self.posed[tip as usize];
+        let across = normals(a, b, c);
+        for i in 0..POSES {
+            let above = [0, 1, 2].map(|k| tip[k][i] - a[k][i]);
+            sum[i] += (across[0][i] * above[0] + across[1][i] * above[1] + across[2][i] * above[2]) / 6.0;
+        }
     }
 
     /// Whether `u` may collapse onto the other end of `edge`, which is one of `u`'s `spokes`.

@@ -1,57 +1,74 @@
 //! Keeps what the surface encloses: a limb that is cut thinner and thinner, a body that shrinks inward.
 //!
 //! Squared distances do not care on which side of full detail a level lies; original vertices lie inside every bulge, so its errors
-//! add up inward. How much each place's surroundings have gained or lost since full detail is kept, in bind pose (skinning
-//! hardly changes it), and the square of its mean depth is charged (after Lindstrom & Turk 1998, who keep the volume of
-//! each step): ridges go where hollows go too.
+//! add up inward. How much each place's surroundings have gained or lost since full detail is kept, in the posed frames in which
+//! flips are tested, and the square of its mean depth is charged, its mean over them (after Lindstrom & Turk 1998, who keep the
+//! volume of each step): ridges go where hollows go too.
 
-use crate::criteria::Rules;
+use crate::criteria::{POSES, Rules};
 use crate::quadrics::Quadrics;
 use crate::topology::Topology;
 
 /// What the squared mean depth weighs next to a mean squared distance (docs/decisions/0031).
 const DEPTH_WEIGHT: f32 = 20.0;
 
-/// What the surroundings of each position have gained since full detail, m³; less than zero where they lost.
+/// What the surroundings of each position have gained since full detail in each tested pose, m³; less than zero where they lost.
 #[derive(Debug)]
 pub(crate) struct Volumes {
-    gained: Vec<f32>,
+    gained: Vec<Lanes>,
 }
+
+/// One number for each tested pose.
+type Lanes = [f32; POSES];
 
 impl Volumes {
     /// Full detail: nothing gained.
     pub fn new(position_count: usize) -> Self {
-        Self { gained: vec![0.0; position_count] }
+        Self { gained: vec![Lanes::default(); position_count] }
     }
 
     /// What it costs that `u` moves to `t`, m² times m²; nothing where that gives back what was lost.
     pub fn charge(&self, topology: &Topology, rules: &Rules, quadrics: &Quadrics, u: u32, t: u32) -> f32 {
-        let squared_depth = |volume: f32, area: f32| if area > 0.0 { volume * volume / area } else { 0.0 };
-        let (at_u, at_t) = (self.gained[u as usize], self.gained[t as usize]);
-        let together = at_u + at_t + gained_by_move(topology, rules, u, t);
-        let before = squared_depth(at_u, quadrics.area(u)) + squared_depth(at_t, quadrics.area(t));
-        DEPTH_WEIGHT * (squared_depth(together, quadrics.merged_area(u, t)) - before).max(0.0)
+        let (at_u, at_t) = (&self.gained[u as usize], &self.gained[t as usize]);
+        let moved = gained_by_move(topology, rules, u, t);
+        // The areas hardly change from frame to frame.
+        let over = |area: f32| if area > 0.0 { 1.0 / area } else { 0.0 };
+        let (over_u, over_t) = (over(quadrics.area(u)), over(quadrics.area(t)));
+        let over_both = over(quadrics.merged_area(u, t));
+        let mut more = Lanes::default();
+        for i in 0..POSES {
+            let together = at_u[i] + at_t[i] + moved[i];
+            more[i] = together * together * over_both - at_u[i] * at_u[i] * over_u - at_t[i] * at_t[i] * over_t;
+        }
+        let mean: f32 = more.iter().zip(rules.pose_weights()).map(|(more, weight)| weight * more).sum();
+        DEPTH_WEIGHT * mean.max(0.0)
     }
 
     /// Hands on what `u` gained when it moves to `t`; before the move.
     pub fn follow(&mut self, topology: &Topology, rules: &Rules, u: u32, t: u32) {
-        self.gained[t as usize] += self.gained[u as usize] + gained_by_move(topology, rules, u, t);
+        let moved = gained_by_move(topology, rules, u, t);
+        let from = self.gained[u as usize];
+        for i in 0..POSES {
+            self.gained[t as usize][i] += from[i] + moved[i];
+        }
     }
 
     /// Hands on what a place gained that has no triangle left.
     pub fn inherit(&mut self, from: u32, to: u32) {
-        self.gained[to as usize] += self.gained[from as usize];
+        let from = self.gained[from as usize];
+        self.gained[to as usize].iter_mut().zip(from).for_each(|(to, from)| *to += from);
     }
 }
 
-/// Volume between the triangles around `u` and the same ones around `t`, m³.
-fn gained_by_move(topology: &Topology, rules: &Rules, u: u32, t: u32) -> f32 {
-    let gained = |triangle: u32| {
+/// Volume between the triangles around `u` and the same ones around `t` in each pose, m³.
+fn gained_by_move(topology: &Topology, rules: &Rules, u: u32, t: u32) -> Lanes {
+    let mut sum = Lanes::default();
+    for triangle in topology.around(u).filter(|&triangle| !topology.touches(triangle, t)) {
         let corner = topology.corner_at(triangle, u);
         let corners = topology.triangle_positions[triangle as usize];
-        rules.bind_volume([u, corners[(corner + 1) % 3], corners[(corner + 2) % 3]], t)
-    };
-    topology.around(u).filter(|&triangle| !topology.touches(triangle, t)).map(gained).sum()
+        rules.add_volumes([u, corners[(corner + 1) % 3], corners[(corner + 2) % 3]], t, &mut sum);
+    }
+    sum
 }
 
 #[cfg(test)]
@@ -85,7 +102,7 @@ mod tests {
         let (topology, rules, quadrics, places) = ridge(|x| [0.0, 0.0, 0.3, 0.0, -0.3, 0.0, 0.0][x]);
         let (peak, between, hollow) = (at(&places, 2.0), at(&places, 3.0), at(&places, 4.0));
         let mut volumes = Volumes::new(places.len());
-        let lost = gained_by_move(&topology, &rules, peak, between);
+        let lost = gained_by_move(&topology, &rules, peak, between)[0];
         // Every quad is cut in two: six triangles of half a square metre around, a third of their area times the height.
         assert!((lost + 0.3).abs() < 1.0e-5, "{lost}");
         let charged = volumes.charge(&topology, &rules, &quadrics, peak, between);
