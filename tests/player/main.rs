@@ -4,6 +4,7 @@ mod baked;
 mod bench;
 mod compare;
 mod figures;
+mod memory;
 mod motion;
 mod moving;
 mod outputs;
