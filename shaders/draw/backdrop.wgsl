@@ -17,9 +17,11 @@ struct Backdrop {
     @builtin(frag_depth) depth: f32,
 }
 
+// The fog is a layer: less of it is before the zenith than before the horizon.
 fn sky_color(direction: vec3f) -> vec3f {
-    let up = sqrt(clamp(normalize(direction).y, 0.0, 1.0));
-    return mix(SKY_HORIZON, SKY_ZENITH, up);
+    let up = clamp(normalize(direction).y, 0.0, 1.0);
+    let sky = mix(SKY_HORIZON, SKY_ZENITH, sqrt(up));
+    return through_fog(sky, FOG_LAYER_M / max(up, 1e-4), config.fog_per_m);
 }
 
 fn edge(v: f32, width: f32) -> f32 {
@@ -75,5 +77,7 @@ fn backdrop(@builtin(position) pixel: vec4f) -> Backdrop {
     let px = t * (dx - d * (dx.y / d.y));
     let py = t * (dy - d * (dy.y / d.y));
     let foot = max(max(abs(px.xz), abs(py.xz)), vec2f(1e-4));
-    return Backdrop(vec4f(ground_color(p.xz, foot, distance(p, config.eye), ground_shade(p)), 1.0), depth);
+    let distance_m = distance(p, config.eye);
+    let ground = ground_color(p.xz, foot, distance_m, ground_shade(p));
+    return Backdrop(vec4f(through_fog(ground, distance_m, config.fog_per_m), 1.0), depth);
 }

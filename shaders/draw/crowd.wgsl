@@ -278,8 +278,9 @@ fn shade(surface: Surface, @builtin(front_facing) is_front: bool) -> @location(0
     if base.a < material.alpha_cutoff {
         discard;
     }
+    let distance_m = distance(surface.world_position, config.eye);
     if (material.flags & MATERIAL_UNLIT) != 0u {
-        return vec4f(base.rgb, 1.0);
+        return vec4f(through_fog(base.rgb, distance_m, config.fog_per_m), 1.0);
     }
     var normal = surface.normal;
     if (material.flags & MATERIAL_FLAT) != 0u {
@@ -290,7 +291,8 @@ fn shade(surface: Surface, @builtin(front_facing) is_front: bool) -> @location(0
         normal = -normal;
     }
     normal = normalize(normal);
-    return vec4f(base.rgb * light_at(normal, sun_share(surface.world_position, normal)), 1.0);
+    let color = base.rgb * light_at(normal, sun_share(surface.world_position, normal));
+    return vec4f(through_fog(color, distance_m, config.fog_per_m), 1.0);
 }
 
 // Depth alone, for the shadow maps of crowds of which something is cut out: that throws no shadow.

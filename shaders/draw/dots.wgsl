@@ -50,7 +50,8 @@ fn dots(vertex: MeshVertex, owner: Owner) -> Dot {
     let place = dot_corner(vertex, drawn, middle, towards_eye);
     let color = unpack4x8unorm(vertex.place.w);
     let light = select(vec3f(1.0), light_of_ball(towards_eye), color.a > 0.5);
-    return Dot(config.clip_from_world * vec4f(place, 1.0), color.rgb * color.rgb * light);
+    let seen = through_fog(color.rgb * color.rgb * light, distance(middle, config.eye), config.fog_per_m);
+    return Dot(config.clip_from_world * vec4f(place, 1.0), seen);
 }
 
 // Depth alone, for the shadow maps: the sun is the eye.

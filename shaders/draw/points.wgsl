@@ -34,5 +34,6 @@ fn points(vertex: MeshVertex, owner: Owner) -> PointSurface {
 fn shade_point(point: PointSurface) -> @location(0) vec4f {
     let base = point.color.rgb * point.color.rgb;
     let light = light_at(point.normal, sun_share(point.world_position, point.normal));
-    return vec4f(base * select(vec3f(1.0), light, point.color.a > 0.5), 1.0);
+    let color = base * select(vec3f(1.0), light, point.color.a > 0.5);
+    return vec4f(through_fog(color, distance(point.world_position, config.eye), config.fog_per_m), 1.0);
 }

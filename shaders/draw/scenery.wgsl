@@ -17,5 +17,6 @@ fn place(@location(0) position: vec3f, @location(1) color: vec4f, @location(2) n
 @fragment
 fn shade(corner: Corner) -> @location(0) vec4f {
     let normal = normalize(corner.normal);
-    return vec4f(corner.color * light_at(normal, sun_share(corner.world_position, normal)), 1.0);
+    let color = corner.color * light_at(normal, sun_share(corner.world_position, normal));
+    return vec4f(through_fog(color, distance(corner.world_position, config.eye), config.fog_per_m), 1.0);
 }

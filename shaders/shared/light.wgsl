@@ -14,6 +14,7 @@ const GROUND_Y_M: f32 = -0.02;
 const LINE_WIDTH_M: f32 = 0.03;
 const LINE_STRENGTH: f32 = 0.55;
 const WIDE_LINE_WIDTH_M: f32 = 0.10;
+const FOG_LAYER_M: f32 = 60.0;
 
 // Light that a lit surface of white base colour sends to the eye. `normal`: unit length, world space; `share`: of the sun that
 // reaches it.
@@ -21,4 +22,9 @@ fn light_at(normal: vec3f, share: f32) -> vec3f {
     let ambient = mix(GROUND_AMBIENT, SKY_AMBIENT, normal.y * 0.5 + 0.5);
     let sun = SUN_COLOR * (max(0.0, dot(normal, SUN_DIRECTION)) * share);
     return (ambient + sun) * EXPOSURE;
+}
+
+// What is seen of a colour through so many metres of fog.
+fn through_fog(color: vec3f, distance_m: f32, fog_per_m: f32) -> vec3f {
+    return mix(SKY_HORIZON, color, exp(-distance_m * fog_per_m));
 }

@@ -187,7 +187,7 @@ struct FrameConfig {
     budget_in: u32,
     slack: u32,
     water_before_bits: u32,
-    reserved_a: u32,
+    fog_per_m: f32,
     reserved_b: u32,
 }
 

@@ -13,7 +13,13 @@ fn with<'a>(words: &[&'a str]) -> Vec<&'a str> {
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: needs an adapter")]
 fn cpu_and_gpu_draw_one_picture() {
     let scene = Scene::new();
-    for detail in [&["--start", "0.3"][..], &["--budget", "4000", "--layout", "disc"], &["--weight", "area-distance"]] {
+    let details: [&[&str]; 4] = [
+        &["--start", "0.3"],
+        &["--budget", "4000", "--layout", "disc"],
+        &["--weight", "area-distance"],
+        &["--fog", "30"],
+    ];
+    for detail in details {
         let cpu = scene.picture(&with(&[&["--backend", "cpu"], detail].concat()));
         let gpu = scene.picture(&with(&[&["--backend", "gpu"], detail].concat()));
         let difference = Difference::between(&cpu, &gpu);
@@ -53,6 +59,18 @@ fn wherever_vertices_are_skinned_the_picture_is_the_same_and_the_report_says_whe
     let report = scene.report(&[&words("auto")[..], &["--frames", "20"]].concat());
     assert_eq!(report["skinning_ms"].as_array().map(Vec::len), Some(3), "{}", report["skinning"]);
     assert!(scene.report(&words("auto"))["skinning_ms"].is_null());
+}
+
+#[test]
+fn fog_swallows_what_is_far() {
+    let scene = Scene::new();
+    let words = |fog: &'static str| with(&["--backend", "cpu", "--fog", fog]);
+    let [clear, haze, soup] = ["off", "30", "1"].map(|fog| scene.picture(&words(fog)));
+    assert_eq!(clear, scene.picture(&with(&["--backend", "cpu"])));
+    assert!(!Difference::between(&clear, &haze).is_within(&BOUND));
+    let horizon = soup.get_pixel(0, soup.height() / 2);
+    let is_fog = |pixel: &image::Rgb<u8>| pixel.0.iter().zip(horizon.0).all(|(a, b)| a.abs_diff(b) <= 8);
+    assert!(soup.pixels().all(is_fog) && !clear.pixels().all(is_fog), "next to nothing is seen through metres of it");
 }
 
 /// The comparator must see what it is there to see.

@@ -43,11 +43,11 @@ use crate::srgb::encode_rgb;
 use crate::{Target, View};
 
 /// Largest depth below 1: ground beyond the far plane is still drawn.
-const FARTHEST: f32 = 0.999_999_94;
+pub(crate) const FARTHEST: f32 = 0.999_999_94;
 
 /// The view rays of all pixels, affine in normalised device coordinates.
 #[derive(Debug, Clone, Copy)]
-struct Rays {
+pub(crate) struct Rays {
     rx: Vec3,
     ry: Vec3,
     rw: Vec3,
@@ -55,7 +55,7 @@ struct Rays {
 
 impl Rays {
     /// `None` for a matrix without perspective (orthographic or singular): its rays do not meet in the eye.
-    fn new(view: &View) -> Option<Self> {
+    pub(crate) fn new(view: &View) -> Option<Self> {
         let m = &view.clip_from_world;
         let (a, b, c) = (m.row(0).truncate(), m.row(1).truncate(), m.row(3).truncate());
         let det = a.dot(b.cross(c));
@@ -65,13 +65,13 @@ impl Rays {
         Some(Self { rx: b.cross(c) / det, ry: c.cross(a) / det, rw: a.cross(b) / det })
     }
 
-    fn direction(&self, ndc: Vec2) -> Vec3 {
+    pub(crate) fn direction(&self, ndc: Vec2) -> Vec3 {
         self.rx * ndc.x + self.ry * ndc.y + self.rw
     }
 }
 
 /// Centre of a pixel in normalised device coordinates, y up.
-fn ndc_of_pixel(x: u32, y: u32, width: u32, height: u32) -> Vec2 {
+pub(crate) fn ndc_of_pixel(x: u32, y: u32, width: u32, height: u32) -> Vec2 {
     Vec2::new((x as f32 + 0.5) / width as f32 * 2.0 - 1.0, 1.0 - (y as f32 + 0.5) / height as f32 * 2.0)
 }
 

@@ -49,12 +49,20 @@ pub const LINE_STRENGTH: f32 = 0.55;
 /// Width of the line drawn each ten metres, metres; its strength is 1.
 pub const WIDE_LINE_WIDTH_M: f32 = 0.10;
 
+/// Height of the fog over the eye through which the sky is seen, metres.
+pub const FOG_LAYER_M: f32 = 60.0;
+
 /// Light that a lit surface of white base colour sends to the eye, linear RGB. `normal`: unit length, world space.
 pub fn light_at(normal: Vec3) -> Vec3 {
     let up = normal.y * 0.5 + 0.5;
     let ambient = mix(Vec3::from(GROUND_AMBIENT), Vec3::from(SKY_AMBIENT), up);
     let sun = Vec3::from(SUN_COLOR) * normal.dot(Vec3::from(SUN_DIRECTION)).max(0.0);
     (ambient + sun) * EXPOSURE
+}
+
+/// What is seen of a linear colour through so many metres of fog: `mix(SKY_HORIZON, colour, exp(-distance * fog_per_m))`.
+pub fn through_fog(color: Vec3, distance_m: f32, fog_per_m: f32) -> Vec3 {
+    mix(Vec3::from(SKY_HORIZON), color, libm::expf(-distance_m * fog_per_m))
 }
 
 /// WGSL's `mix`.

@@ -110,7 +110,7 @@ fn rust_layouts() -> Vec<Layout> {
             budget_in,
             slack,
             water_before_bits,
-            reserved_a,
+            fog_per_m,
             reserved_b,
         }),
         layout!(CullRecord { visible, weight, area_px2, distance_m }),
@@ -472,6 +472,7 @@ fn light_has_the_numbers_of_the_rasteriser() {
         ("LINE_WIDTH_M", light::LINE_WIDTH_M),
         ("LINE_STRENGTH", light::LINE_STRENGTH),
         ("WIDE_LINE_WIDTH_M", light::WIDE_LINE_WIDTH_M),
+        ("FOG_LAYER_M", light::FOG_LAYER_M),
     ];
     for (name, rust) in lengths {
         assert_eq!(constant_difference(&module, name, &[f64::from(rust)]), None);

@@ -217,8 +217,13 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = Switch::Off, value_name = "on|off", help_heading = "Level of detail")]
     pub occlusion: Switch,
 
+    /// Fog: off, or the metres after which a twentieth is left of what is seen. Its colour is that of the sky at the horizon; nobody is
+    /// culled by it
+    #[arg(long, default_value = "off", value_name = "off|M", value_parser = fog, help_heading = "Level of detail")]
+    pub fog: f32,
+
     /// Shadows of the sun: off, or how many maps share the view, 1 to 4 (near ones finer). Everyone throws one, at the coarsest
-    /// level whose error is within a texel of the map; ground, walls and the crowd receive it. The CPU draws none
+    /// level whose error is within two texels of the map; ground, walls and the crowd receive it. The CPU draws none
     #[arg(long, default_value = "off", value_name = "off|N", value_parser = shadows, help_heading = "Level of detail")]
     pub shadows: u32,
 
@@ -494,6 +499,13 @@ fn not_negative(text: &str) -> Result<f32, String> {
     within(text, 0.0, 86_400.0)
 }
 
+fn fog(text: &str) -> Result<f32, String> {
+    if text.eq_ignore_ascii_case("off") {
+        return Ok(0.0);
+    }
+    within(text, 1.0, 1e6).map_err(|e| format!("{e}; or off"))
+}
+
 fn shadows(text: &str) -> Result<u32, String> {
     if text.eq_ignore_ascii_case("off") {
         return Ok(0);
@@ -565,6 +577,8 @@ mod tests {
         assert!(triple("1,2,nan").is_err());
         assert_eq!(pose_rates("60"), Ok(PoseRates::FarM(60.0)));
         assert_eq!([pose_rates("0.5px"), pose_rates("OFF")], [Ok(PoseRates::Px(0.5)), Ok(PoseRates::Off)]);
+        assert_eq!([fog("OFF"), fog("120")], [Ok(0.0), Ok(120.0)]);
+        assert!(["0", "-3", "nan", "thick"].iter().all(|bad| fog(bad).is_err_and(|e| e.contains("off"))));
         for bad in ["0", "px", "-1px", "nanpx", "inf", "1em"] {
             assert!(pose_rates(bad).is_err_and(|e| e.contains("1px")), "{bad}");
         }

@@ -86,6 +86,7 @@ impl CpuBackend {
             rest = &rest[taken..];
         }
         self.draw_points(crowd, &frame, &view, config.time_s);
+        crowd_raster::draw_fog(&mut self.target, &view, config.fog_per_m);
         let ms = |from: Instant, to: Instant| (to - from).as_secs_f32() * 1e3;
         self.timings_ms = vec![
             ("select", ms(start, selected)),

@@ -211,6 +211,7 @@ pub fn report(
         skinning: Skinning::Vertex.name(),
         skinning_ms: None,
         shadows: if backend == "gpu" { detail.draw.shadows } else { 0 },
+        fog_m: detail.sight_m,
         simulator: None,
         budget,
         budget_in: detail.budget_in.name(),

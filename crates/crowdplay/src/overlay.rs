@@ -34,6 +34,8 @@ pub struct Knobs {
     pub max_px: Option<f32>,
     /// Height below which somebody may be dots, pixels.
     pub dots_px: f32,
+    /// How far one sees in fog, metres; 0: no fog.
+    pub sight_m: f32,
     /// People on their places go by their motion graph; `None`: there is none.
     pub motion: Option<bool>,
     /// It is known how fast clips are, so poses may be held.
@@ -317,6 +319,8 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
             ui.selectable_value(&mut knobs.draw.shadows, maps, word);
         }
     });
+    ui.add(Slider::new(&mut knobs.sight_m, 0.0..=1000.0).text("sight in fog, m"))
+        .on_hover_text("Metres after which a twentieth is left of what is seen; 0: no fog");
     if knobs.draw.technique == Technique::Reform {
         ui.horizontal(|ui| {
             ui.label("Levels");

@@ -187,6 +187,8 @@ pub struct DetailPlan {
     pub target_ms: Option<f32>,
     /// Height below which somebody may be dots, pixels; 0: nobody.
     pub dots_px: f32,
+    /// How far one sees in fog, metres; 0: no fog.
+    pub sight_m: f32,
     /// How long poses are held, where they are.
     pub pose_rates: PoseRates,
     /// Depths of the discrete levels; `None`: from heights in pixels.
@@ -440,6 +442,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
             max_px: args.max_px,
             target_ms: args.target_ms,
             dots_px: args.dots,
+            sight_m: args.fog,
             draw: DrawOptions {
                 technique: args.technique.unwrap_or(Technique::Bucketed),
                 fit: match args.fit {

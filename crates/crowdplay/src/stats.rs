@@ -41,6 +41,8 @@ pub struct Report {
     pub skinning_ms: Option<[f32; 3]>,
     /// Shadow maps of the sun; 0 without shadows.
     pub shadows: u32,
+    /// Metres after which a twentieth is left of what is seen; 0 without fog.
+    pub fog_m: f32,
     /// Who simulates the flock, `gpu` or `cpu`; `null` where the crowd is none.
     pub simulator: Option<&'static str>,
     /// Vertices, or triangles, a frame: N.

@@ -12,6 +12,9 @@ use std::path::Path;
 /// Bytes of a camera path file: far more than its most keys need.
 const PATH_BYTES: u64 = 64 << 20;
 
+/// At the end of sight a twentieth of a colour is left.
+const FOG_AT_SIGHT: f32 = 3.0;
+
 /// Where the camera is at a time.
 #[derive(Debug, Clone)]
 pub enum Viewer {
@@ -132,5 +135,6 @@ pub fn frame_config(camera: &Camera, size: [u32; 2], time_s: f32, detail: &Detai
     let dot_area_px2 = dot_area_px2(detail.dots_px);
     let slack = (f64::from(budget) * f64::from(detail.slack_share)) as u32;
     let budget_in = detail.budget_in as u32;
-    FrameConfig { lod_depths_m, dot_area_px2, hold_far_m, hold_px, budget_in, slack, ..config }
+    let fog_per_m = if detail.sight_m > 0.0 { FOG_AT_SIGHT / detail.sight_m } else { 0.0 };
+    FrameConfig { lod_depths_m, dot_area_px2, hold_far_m, hold_px, budget_in, slack, fog_per_m, ..config }
 }

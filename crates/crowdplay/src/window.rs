@@ -254,6 +254,7 @@ impl Running {
             draw: detail.draw,
             max_px: detail.max_px,
             dots_px: detail.dots_px,
+            sight_m: detail.sight_m,
             motion: crowd.schedules.as_ref().map(|_| true),
             can_hold: !crowd.data.clip_speeds.is_empty(),
             paused: false,
@@ -461,8 +462,9 @@ impl Running {
     }
 
     fn detail(&self) -> DetailPlan {
-        let Knobs { budget, budget_in, steady_percent, alpha, weight, draw, max_px, dots_px, target_ms, .. } =
-            self.knobs;
+        let Knobs {
+            budget, budget_in, steady_percent, alpha, weight, draw, max_px, dots_px, sight_m, target_ms, ..
+        } = self.knobs;
         DetailPlan {
             budget: Some(budget),
             budget_in,
@@ -472,6 +474,7 @@ impl Running {
             draw,
             max_px,
             dots_px,
+            sight_m,
             target_ms,
             pose_rates: self.pose_rates,
             lod_depths_m: self.lod_depths_m,

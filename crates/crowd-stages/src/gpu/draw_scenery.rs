@@ -52,7 +52,7 @@ impl DrawScenery {
         let remedy = "draw a simpler scenery";
         let layout = up.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("scenery"),
-            entries: &[buffer_entry(0, wgpu::ShaderStages::VERTEX, Use::Uniform, None)],
+            entries: &[buffer_entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, Use::Uniform, None)],
         });
         let lit = Some((color_format, sample_count, light));
         Ok(Self {

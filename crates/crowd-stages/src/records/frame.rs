@@ -42,8 +42,8 @@ pub struct FrameConfig {
     pub slack: u32,
     /// Bits of the water's height in the frame before, 0: there was none; filled in like `instance_count`.
     pub water_before_bits: u32,
-    /// Zero.
-    pub reserved_a: u32,
+    /// How dense the fog is: after d metres `exp(-d * fog_per_m)` of a colour is left; 0: none.
+    pub fog_per_m: f32,
     /// Zero.
     pub reserved_b: u32,
 }
@@ -80,7 +80,7 @@ impl FrameConfig {
             budget_in: BudgetIn::Vertices as u32,
             slack: 0,
             water_before_bits: 0,
-            reserved_a: 0,
+            fog_per_m: 0.0,
             reserved_b: 0,
         }
     }
