@@ -64,6 +64,14 @@ bench-occlusion-field:
 bench-shadows:
     cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+shadows --counts 1024,8192 --size 640x360 --msaa 1 --rounds 7 --warm-up 2 --skinning vertex --markdown docs/benchmarks/shadows.md --assert 'bucketed+shadows/bucketed <= 1.6' --assert 'gpu_ms:bucketed+shadows/bucketed <= 1.6'
 
+# Write docs/benchmarks/walkthrough.md again: sixteen frames of the 1,000 of Dong 2019's walk, 30,000 people (three minutes on software Vulkan)
+bench-walkthrough:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b3,bucketed --count 30000 --budget 5000000 --camera-path walkthrough --path 16 --size 640x360 --msaa 1 --warm-up 1 --skinning vertex --dots 0 --markdown docs/benchmarks/walkthrough.md --assert 'mean_runs_per_triangle:bucketed <= 0.9' --assert 'most_runs_per_triangle:bucketed <= 0.9' --assert 'bucketed/b3 <= 0.75'
+
+# Write docs/benchmarks/equal-image.md again: the triangles with which ours is as near to full detail as three discrete levels are
+bench-equal-image:
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b2,bucketed --counts 256,1024,8192 --budget 4000000 --size 640x360 --msaa 1 --rounds 1 --warm-up 1 --skinning vertex --markdown docs/benchmarks/equal-image.md --assert 'triangles_at_equal_image:bucketed/b2 <= 0.6'
+
 # Write docs/benchmarks/park2009.md and park2009-near.md again: Park & Han 2009, a flock of zebras and gnus, 20,000 with a quarter in sight and 5,000 with nine tenths (four minutes on software Vulkan)
 bench-park2009:
     cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b2,bucketed --flock 20000 --simulate gpu --characters zebra,gnu --eye 0,6,20 --target 0,0,-30 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/benchmarks/park2009.md && cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b0,b2,bucketed --flock 5000 --simulate gpu --characters zebra,gnu --eye 0,16,82 --target 0,0,0 --size 640x360 --msaa 1 --rounds 5 --warm-up 1 --no-morph --dots 0 --markdown docs/benchmarks/park2009-near.md

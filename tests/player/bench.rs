@@ -59,6 +59,33 @@ fn conditions_decide_the_exit_code() {
 }
 
 #[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: needs an adapter")]
+fn a_path_is_measured_from_end_to_end() {
+    let scene = Scene::new();
+    let pack = scene.pack();
+    let words =
+        ["bench", &pack, "--size", "64x36", "--msaa", "1", "--backend", "gpu", "--ab", "b2,bucketed", "--count", "25"];
+    let path = ["--camera-path", "walkthrough", "--path", "5", "--warm-up", "1", "--budget", "100000", "--json", "-"];
+    let equal = ["--assert", "triangles_at_equal_image:bucketed/b2 <= 100"];
+    let ran = crowdplay(&[&words[..], &path, &equal].concat());
+    assert!(matches!(ran.code, 0 | 4), "{}", ran.stderr);
+    let report: Value = serde_json::from_slice(&ran.stdout).expect("standard output is the report and nothing else");
+    let rows = report["rows"].as_array().unwrap();
+    for row in rows {
+        assert_eq!(row["frames"], 5);
+        if let Some(most) = row["most_runs_per_triangle"].as_f64() {
+            assert!(most >= row["mean_runs_per_triangle"].as_f64().unwrap(), "{row}");
+        }
+    }
+    let [discrete, ours] = &rows[..] else { panic!("two techniques") };
+    let equal = &ours["as_good_as"]["discrete"];
+    assert_eq!(equal.is_object(), ran.code == 0, "{equal}");
+    if equal.is_object() {
+        assert!(equal["image_rmse"].as_f64() <= discrete["image_rmse"].as_f64(), "{equal}");
+    }
+}
+
+#[test]
 fn words_that_make_no_sense_are_usage_errors() {
     let scene = Scene::new();
     for (words, said) in [

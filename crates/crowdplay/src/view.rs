@@ -52,6 +52,14 @@ impl Viewer {
         })
     }
 
+    /// When a path ends, seconds; `None` for a camera that stands still.
+    pub fn end_s(&self) -> Option<f32> {
+        match self {
+            Self::Still(_) => None,
+            Self::Path(path, _) => Some(path.end_s()),
+        }
+    }
+
     /// The camera at `time_s`.
     pub fn at(&self, time_s: f32) -> Camera {
         match self {

@@ -34,6 +34,12 @@ pub enum Quantity {
     VertexRuns,
     /// The same for each triangle.
     RunsPerTriangle,
+    /// Vertex shader runs of all frames over their triangles.
+    MeanRunsPerTriangle,
+    /// The most runs for each triangle of any frame.
+    MostRunsPerTriangle,
+    /// Triangles with the least budget whose picture is as near to full detail as the other's.
+    TrianglesAtEqualImage,
     /// Poses worked out for the last frame.
     Poses,
     /// The same for each visible instance.
@@ -49,7 +55,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    const NAMES: [(&'static str, Self); 19] = [
+    const NAMES: [(&'static str, Self); 22] = [
         ("frame_ms", Self::Frame),
         ("frame_p95_ms", Self::FrameP95),
         ("gpu_ms", Self::Gpu),
@@ -63,6 +69,9 @@ impl Quantity {
         ("draws", Self::Draws),
         ("vertex_runs", Self::VertexRuns),
         ("runs_per_triangle", Self::RunsPerTriangle),
+        ("mean_runs_per_triangle", Self::MeanRunsPerTriangle),
+        ("most_runs_per_triangle", Self::MostRunsPerTriangle),
+        ("triangles_at_equal_image", Self::TrianglesAtEqualImage),
         ("poses", Self::Poses),
         ("pose_share", Self::PoseShare),
         ("image_rmse", Self::Image),
@@ -82,11 +91,15 @@ impl Quantity {
             Self::Draw => row.stages_ms.get("draw").map(|spread| spread.median.into()),
             Self::Shadows => row.stages_ms.get("shadows").map(|spread| spread.median.into()),
             Self::Triangles => Some(row.triangles.into()),
+            // Has two rows: see `judge`.
+            Self::TrianglesAtEqualImage => None,
             Self::Vertices => Some(row.vertices.into()),
             Self::Hidden => Some(row.occluded.into()),
             Self::Draws => Some(row.draws.into()),
             Self::VertexRuns => row.vertex_runs.map(|runs| runs as f64),
             Self::RunsPerTriangle => row.runs_per_triangle.map(f64::from),
+            Self::MeanRunsPerTriangle => row.mean_runs_per_triangle.map(f64::from),
+            Self::MostRunsPerTriangle => row.most_runs_per_triangle.map(f64::from),
             Self::Poses => row.poses.map(f64::from),
             Self::PoseShare => row.poses.map(|poses| f64::from(poses) / f64::from(row.visible.max(1))),
             Self::Image => row.image_rmse.map(f64::from),
@@ -137,15 +150,25 @@ impl Condition {
         [Some(self.variant), self.than].into_iter().flatten()
     }
 
+    /// Whose least budget for which other's image has to be found.
+    pub fn equal_image(&self) -> Option<(Variant, Variant)> {
+        let than = self.than.filter(|_| self.quantity == Quantity::TrianglesAtEqualImage)?;
+        Some((self.variant, than))
+    }
+
     /// What was found among the rows of one count, and whether the condition holds. A quantity that was not measured, or a ratio to
     /// nothing, is not a number and holds nothing.
     pub fn judge(&self, rows: &[Row]) -> (f64, bool) {
-        let value = |variant: Variant| {
+        let row = |variant: Variant| {
             let name = variant.to_string();
-            let row = rows.iter().find(|row| row.technique == name)?;
-            self.quantity.of(row)
+            rows.iter().find(|row| row.technique == name)
         };
+        let value = |variant: Variant| self.quantity.of(row(variant)?);
+        let as_good = |than: Variant| row(self.variant)?.as_good_as.get(&than.to_string());
         let found = match self.than {
+            Some(than) if self.quantity == Quantity::TrianglesAtEqualImage => {
+                as_good(than).map(|equal| f64::from(equal.triangles) / f64::from(equal.other_triangles.max(1)))
+            }
             None => value(self.variant),
             Some(than) => value(self.variant).zip(value(than)).map(|(a, b)| a / b),
         };
@@ -169,6 +192,9 @@ impl FromStr for Condition {
         let ((left, right), comparison) =
             Comparison::SIGNS.iter().find_map(sign).ok_or_else(|| wrong("no <=, <, >= or >"))?;
         let limit: f64 = right.trim().parse().map_err(|_| wrong("no number on the right"))?;
+        if left.starts_with("triangles_at_equal_image") && !left.contains('/') {
+            return Err(wrong("equal to whose image? A/B"));
+        }
         if !limit.is_finite() {
             return Err(wrong("the number is not finite"));
         }
@@ -188,6 +214,7 @@ impl FromStr for Condition {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::rows::EqualImage;
     use crate::stats::Spread;
     use crowd_stages::Technique;
 
@@ -212,6 +239,16 @@ mod tests {
     }
 
     #[test]
+    fn triangles_at_equal_images_are_those_of_the_budget_found() {
+        let mut rows = [row(Technique::Discrete, 8.0), row(Technique::Bucketed, 2.0)];
+        let condition: Condition = "triangles_at_equal_image:bucketed/b2 <= 0.6".parse().unwrap();
+        assert!(!condition.judge(&rows).1, "no budget was found");
+        let equal = EqualImage { budget: 70, triangles: 55, other_triangles: 100, image_rmse: 0.1 };
+        rows[1].as_good_as.insert("discrete".to_owned(), equal);
+        assert_eq!(condition.judge(&rows), (0.55, true));
+    }
+
+    #[test]
     fn what_was_not_measured_holds_nothing() {
         let rows = [row(Technique::Bucketed, 2.0)];
         for text in ["lod_share:bucketed <= 1", "lod_share:bucketed > 0", "bucketed/b0 <= 9", "bucketed/b0 >= 0"] {
@@ -229,6 +266,7 @@ mod tests {
             ("speed:bucketed <= 1", "no quantity"),
             ("b9 <= 1", "b9"),
             ("b0/ <= 1", "found"),
+            ("triangles_at_equal_image:bucketed <= 1", "whose"),
         ] {
             let error = text.parse::<Condition>().unwrap_err();
             assert!(error.contains(word) && error.contains("allowed"), "{text}: {error}");

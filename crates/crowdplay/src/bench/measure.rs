@@ -1,7 +1,8 @@
 //! Draws the frames, in turn, and gathers the rows.
 
+use super::condition::Condition;
 use super::pops::{Pops, measure_pops};
-use super::rows::{BenchReport, Judged, Row, SCHEMA_VERSION};
+use super::rows::{BenchReport, EqualImage, Judged, Row, SCHEMA_VERSION};
 use super::variant::Variant;
 use super::words::Asked;
 use crate::backend;
@@ -15,8 +16,9 @@ use crate::plan::{HeadlessPlan, Show};
 use crate::stats::{Frame, Spread, overflow_words, skinning_words};
 use crate::view::{Viewer, frame_config};
 use crate::{Error, Result, Talk};
-use crowd_stages::{FrameTotals, InstanceRecord, Skinning, Technique, overflow};
+use crowd_stages::{FrameConfig, FrameTotals, InstanceRecord, Skinning, Technique, overflow};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// The stages that are not level of detail: deforming and drawing, which Peng 2011 (§6) counts as rendering.
@@ -90,6 +92,8 @@ struct Contender {
     frames: Vec<Frame>,
     last: FrameTotals,
     vertex_runs: Option<u64>,
+    /// Of counted frames with anybody: vertex shader runs and triangles.
+    runs: Vec<(u64, u32)>,
     poses: Option<u32>,
     overflow: u32,
     skinning: &'static str,
@@ -106,6 +110,10 @@ fn measure_count(
     let plan = &asked.plan;
     let Show::Headless(HeadlessPlan { dt_s, start_s, .. }) = plan.show else { unreachable!("a bench has no window") };
     let viewer = Viewer::open(&plan.camera, &crowd)?;
+    let dt_s = match (asked.words.path, viewer.end_s()) {
+        (Some(frames), Some(end_s)) => end_s / (frames - 1) as f32,
+        _ => dt_s,
+    };
     let given = budget;
     let mut budget = given.unwrap_or_else(|| backend::usual_budget(Some(gpu), &crowd, &plan.detail));
     let asked_for = (budget, plan.detail.budget_in);
@@ -120,6 +128,7 @@ fn measure_count(
         frames: Vec::new(),
         last: FrameTotals::default(),
         vertex_runs: None,
+        runs: Vec::new(),
         poses: None,
         overflow: 0,
         skinning: Skinning::Vertex.name(),
@@ -172,6 +181,9 @@ fn measure_count(
             }
             contender.last = totals;
             contender.vertex_runs = backend.vertex_runs();
+            if let Some(runs) = contender.vertex_runs.filter(|_| round >= warm_up && totals.triangle_count > 0) {
+                contender.runs.push((runs, totals.triangle_count));
+            }
             contender.poses = if options.shares_poses() { backend.shared_poses()? } else { None };
             if options.technique == Technique::Bucketed {
                 contender.skinning = backend.skinning(options).way.name();
@@ -190,20 +202,23 @@ fn measure_count(
     let row = |contender| Row { simulate_ms, ..row_of(contender, count, budget) };
     let mut rows: Vec<Row> = contenders.iter().map(row).collect();
     backend.end_simulation(&mut crowd)?;
-    let time_s = start_s + (rounds - 1) as f32 * dt_s;
+    let pictured = if asked.words.path.is_some() { rounds / 2 } else { rounds - 1 };
+    let time_s = start_s + pictured as f32 * dt_s;
     let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
-    let mut picture = |instances: &[InstanceRecord], variant: Variant| {
+    let mut picture_with = |instances: &[InstanceRecord], variant: Variant, budget: u32| {
         let options = variant.options(plan.detail.draw);
-        let config = variant.config(config);
+        let config = variant.config(FrameConfig { budget, ..config });
         backend.set_instances(instances)?;
         backend.bake(&crowd, &config, options)?;
-        backend.draw(&config, options)?;
-        backend.picture()
+        let totals = backend.draw(&config, options)?;
+        Ok::<_, Error>((backend.picture()?, totals))
     };
+    let mut picture =
+        |instances: &[InstanceRecord], variant: Variant| Ok::<_, Error>(picture_with(instances, variant, budget)?.0);
+    let mut references: Vec<(Variant, [Picture; 2])> = Vec::new();
     if crowd.summary.triangles_full > MOST_PICTURED {
         talk.say(&format!("no difference to full detail: that has more than {MOST_PICTURED} triangles"));
     } else {
-        let mut references: Vec<(Variant, [Picture; 2])> = Vec::new();
         for (row, contender) in rows.iter_mut().zip(&contenders) {
             // In the same light and poses.
             let Variant { fades, shadows, .. } = contender.variant;
@@ -218,6 +233,20 @@ fn measure_count(
                 _ => difference(&picture(&shown(&crowd, contender.variant), contender.variant)?, full_detail, empty),
             });
         }
+    }
+    for (variant, than) in asked.words.assert.iter().filter_map(Condition::equal_image) {
+        let image_of = |of: Variant| contenders.iter().position(|c| c.variant == of).and_then(|i| rows[i].image_rmse);
+        let like = Variant { fades: variant.fades, shadows: variant.shadows, ..Technique::PseudoInstancing.into() };
+        let reference = references.iter().find(|(known, _)| *known == like);
+        let (Some(wanted), Some((_, [full_detail, empty]))) = (image_of(than), reference) else { continue };
+        let other_triangles = picture_with(&shown(&crowd, than), than, budget)?.1.triangle_count;
+        let found = least_budget(budget, wanted, |budget| {
+            let (drawn, totals) = picture_with(&shown(&crowd, variant), variant, budget)?;
+            let image_rmse = difference(&drawn, full_detail, empty);
+            Ok(EqualImage { budget, triangles: totals.triangle_count, other_triangles, image_rmse })
+        })?;
+        let row = contenders.iter().position(|c| c.variant == variant).expect("checked with the words");
+        rows[row].as_good_as.extend(found.map(|equal| (than.to_string(), equal)));
     }
     if asked.words.pops {
         let config_of = |frame: u32| {
@@ -239,6 +268,27 @@ fn measure_count(
     let base = rows[0].frame_ms.median;
     rows.iter_mut().for_each(|row| row.frame_ratio = row.frame_ms.median / base);
     Ok(rows)
+}
+
+/// The least budget up to `most` whose picture is at most `wanted` from full detail, to a hundredth; `None` where not even `most` is. More
+/// vertices are taken to bring it nearer, which holds but for the last digits.
+fn least_budget(most: u32, wanted: f32, mut at: impl FnMut(u32) -> Result<EqualImage>) -> Result<Option<EqualImage>> {
+    let mut best = at(most)?;
+    if best.image_rmse > wanted {
+        return Ok(None);
+    }
+    let (mut low, mut high) = (1_u32, most);
+    while high > low + (low / 100).max(1) {
+        // In the middle of the doublings between.
+        let middle = libm::sqrt(f64::from(low) * f64::from(high)) as u32;
+        let tried = at(middle.clamp(low + 1, high - 1))?;
+        if tried.image_rmse <= wanted {
+            (high, best) = (tried.budget, tried);
+        } else {
+            low = tried.budget;
+        }
+    }
+    Ok(Some(best))
 }
 
 /// The crowd as a variant shows it: where everyone fades, halfway from the clip after their own.
@@ -304,6 +354,12 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
             .vertex_runs
             .filter(|_| contender.last.triangle_count > 0)
             .map(|runs| runs as f32 / contender.last.triangle_count as f32),
+        mean_runs_per_triangle: (!contender.runs.is_empty()).then(|| {
+            let sum = contender.runs.iter().fold((0, 0), |(runs, all), (r, t)| (runs + r, all + u64::from(*t)));
+            sum.0 as f32 / sum.1 as f32
+        }),
+        most_runs_per_triangle: contender.runs.iter().map(|(r, t)| *r as f32 / *t as f32).max_by(f32::total_cmp),
+        as_good_as: BTreeMap::new(),
         image_rmse: None,
         pop_rmse: None,
         pop_p999: None,
@@ -331,6 +387,22 @@ fn difference(drawn: &Picture, full_detail: &Picture, empty: &Picture) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_least_budget_is_found_to_a_hundredth() {
+        let mut tried = 0;
+        let mut find = |most: u32, wanted: f32| {
+            least_budget(most, wanted, |budget| {
+                tried += 1;
+                Ok(EqualImage { budget, triangles: budget * 2, image_rmse: 100.0 / budget as f32, other_triangles: 1 })
+            })
+            .unwrap()
+        };
+        let found = find(1_000_000, 0.01).expect("10,000 will do");
+        assert!((10_000..=10_100).contains(&found.budget) && found.triangles == found.budget * 2, "{found:?}");
+        assert_eq!(find(9_000, 0.01), None);
+        assert!(tried < 25, "{tried}");
+    }
 
     #[test]
     fn pictures_differ_where_someone_is() {

@@ -82,6 +82,12 @@ pub struct Row {
     pub vertex_runs: Option<u64>,
     /// The same for each of its triangles: 0.5 to 1 in cache order, up to 3 without any reuse.
     pub runs_per_triangle: Option<f32>,
+    /// Vertex shader runs of all counted frames over all their triangles.
+    pub mean_runs_per_triangle: Option<f32>,
+    /// The most for each triangle of any counted frame.
+    pub most_runs_per_triangle: Option<f32>,
+    /// Where a condition asks for it: the least budget whose picture is as near to full detail as another technique's, by that one's name.
+    pub as_good_as: BTreeMap<String, EqualImage>,
     /// Difference of the last frame to full detail, RMS of sRGB 0 to 1 over the pixels that show anyone; `None` where full detail is too much to
     /// draw.
     pub image_rmse: Option<f32>,
@@ -97,6 +103,19 @@ pub struct Row {
     pub poses: Option<u32>,
     /// What did not fit in some frame.
     pub overflow: Vec<&'static str>,
+}
+
+/// A budget that gives a picture as near to full detail as another technique's.
+#[derive(Debug, Clone, Copy, Serialize, Default, PartialEq)]
+pub struct EqualImage {
+    /// Vertices a frame, to a hundredth.
+    pub budget: u32,
+    /// Triangles drawn with it.
+    pub triangles: u32,
+    /// Triangles that the other draws for its picture.
+    pub other_triangles: u32,
+    /// Its difference to full detail.
+    pub image_rmse: f32,
 }
 
 /// A condition at a count and budget.
@@ -116,7 +135,7 @@ pub struct Judged {
 
 /// Columns of the table for spreadsheets.
 const COLUMNS: &str = "adapter,driver,device_type,pack,width,height,samples,rounds,count,technique,skinning,budget,frame_ms_median,frame_ms_p95,\
-frame_ratio,simulate_ms,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,image_rmse,pop_rmse,pop_p999,pop_px,pop_far_share,poses,overflow,features";
+frame_ratio,simulate_ms,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,mean_runs_per_triangle,most_runs_per_triangle,image_rmse,pop_rmse,pop_p999,pop_px,pop_far_share,poses,overflow,features";
 
 impl BenchReport {
     /// Comma-separated values with a header; text with quotes around it.
@@ -145,7 +164,7 @@ impl BenchReport {
             } = row;
             let _ = writeln!(
                 csv,
-                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{},{},{},{},{},{}",
+                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{},{},{},{},{},{},{},{}",
                 self.samples,
                 self.rounds,
                 frame_ms.median,
@@ -158,6 +177,8 @@ impl BenchReport {
                 optional(row.lod_share),
                 row.vertex_runs.map(|runs| runs.to_string()).unwrap_or_default(),
                 optional(row.runs_per_triangle),
+                optional(row.mean_runs_per_triangle),
+                optional(row.most_runs_per_triangle),
                 optional(row.image_rmse),
                 optional(row.pop_rmse),
                 optional(row.pop_p999),
@@ -179,7 +200,7 @@ impl BenchReport {
             "# Benchmarks: drawing a crowd\n\nMade by `{command}`; do not edit by hand. {name} ({backend}, {driver} {driver_version}), \
              {width} x {height} pixels, {} sample(s) a pixel, {} frames of each technique in turn after {} that do not count. \
              Times are medians, milliseconds; *N* the vertices allowed a frame, *ratio* is to the first technique, *simulate* what moving everyone on takes before each frame (no part of it), *LOD* is everything on the GPU but skinning and drawing, *LOD %* its \
-             part of the GPU's time, *visible* who is drawn, *hidden* who is in the frustum but left out behind others, *runs a triangle* the vertex shader's runs as the adapter counts them, *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone), *pop* what changes from frame to frame by levels alone (RMS over the picture, drawn with the levels of the frame before and its own), *pop px* how far the surface moves by that (RMS over all vertices, pixels; where asked for).\n\n",
+             part of the GPU's time, *visible* who is drawn, *hidden* who is in the frustum but left out behind others, *runs a triangle* the vertex shader's runs as the adapter counts them (of the last frame; in brackets the most of any, where that is another), *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone), *pop* what changes from frame to frame by levels alone (RMS over the picture, drawn with the levels of the frame before and its own), *pop px* how far the surface moves by that (RMS over all vertices, pixels; where asked for).\n\n",
             self.samples, self.rounds, self.warm_up
         );
         out.push_str("| instances | N | technique | frame ms | p95 | ratio | simulate | LOD ms | LOD % | visible | hidden | triangles | vertices | draws | runs a triangle | image | pop | pop px |\n");
@@ -203,11 +224,20 @@ impl BenchReport {
                 row.triangles,
                 row.vertices,
                 row.draws,
-                number(row.runs_per_triangle, 2),
+                row.runs(),
                 number(row.image_rmse, 4),
                 number(row.pop_rmse, 5),
                 number(row.pop_px, 4)
             );
+        }
+        for row in &self.rows {
+            for (other, EqualImage { budget, triangles, other_triangles, image_rmse }) in &row.as_good_as {
+                let _ = write!(
+                    out,
+                    "\n{} instances: {} is as near to full detail as {other} at N = {budget}: {triangles} triangles for {other_triangles}, image {image_rmse:.4}.\n",
+                    row.count, row.technique
+                );
+            }
         }
         if !self.conditions.is_empty() {
             out.push_str("\n| condition | instances | N | found | holds |\n|---|---|---|---|---|\n");
@@ -279,6 +309,15 @@ impl BenchReport {
             );
         }
         out
+    }
+}
+
+impl Row {
+    /// Runs a triangle of the last frame, and the most where that is another number.
+    fn runs(&self) -> String {
+        let most = number(self.most_runs_per_triangle, 2);
+        let last = number(self.runs_per_triangle, 2);
+        if most == last || self.most_runs_per_triangle.is_none() { last } else { format!("{last} ({most})") }
     }
 }
 

@@ -28,7 +28,8 @@ Examples:
 
 Conditions: [QUANTITY:]A/B OP NUMBER, or [QUANTITY:]A OP NUMBER; A and B are techniques of --ab, OP is <=, <, >= or >. They must hold at
 every count and budget. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything but skinning and drawing), lod_share (its
-part of gpu_ms), draw_ms, shadows_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, poses (worked out, where they are shared), pose_share (of visible), image_rmse (to
+part of gpu_ms), draw_ms, shadows_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, mean_runs_per_triangle and
+most_runs_per_triangle (of all frames), triangles_at_equal_image (A with the least budget that brings its image_rmse down to B's), poses (worked out, where they are shared), pose_share (of visible), image_rmse (to
 full detail), pop_rmse, pop_px, pop_energy (of --pops; the last is pop_px squared).
 
 Exit codes: those of the player, and 4 when a condition does not hold.";
@@ -66,6 +67,12 @@ pub struct BenchWords {
     #[arg(long, default_value_t = 3, value_name = "ROUNDS", value_parser = clap::value_parser!(u32).range(1..=1000),
           help_heading = "Bench")]
     pub warm_up: u32,
+
+    /// Frames of each technique, evenly spaced over the whole of --camera-path, instead of --rounds frames --dt apart; pictures are compared
+    /// at the middle one
+    #[arg(long, value_name = "FRAMES", requires = "camera_path", conflicts_with_all = ["rounds", "dt", "start"],
+          value_parser = clap::value_parser!(u32).range(2..=100_000), help_heading = "Bench")]
+    pub path: Option<u32>,
 
     /// Sizes of the crowd, one after another, instead of --count
     #[arg(long, value_name = "COUNT,...", value_delimiter = ',', conflicts_with = "count",
@@ -155,7 +162,8 @@ pub fn parse(words: impl IntoIterator<Item = OsString>) -> std::result::Result<R
     Ok(decide(&args, words, format!("crowdplay {}", typed.join(" "))))
 }
 
-fn decide(args: &Args, words: BenchWords, typed: String) -> Result<Asked> {
+fn decide(args: &Args, mut words: BenchWords, typed: String) -> Result<Asked> {
+    words.rounds = words.path.unwrap_or(words.rounds);
     for (i, technique) in words.ab.iter().enumerate() {
         if words.ab[..i].contains(technique) {
             return Err(refused("--ab", format!("{technique} twice"), "each technique once"));
@@ -169,6 +177,11 @@ fn decide(args: &Args, words: BenchWords, typed: String) -> Result<Asked> {
         if let Some(missing) = condition.variants().find(|variant| !words.ab.contains(variant)) {
             return Err(refused("--assert", format!("{missing} in {condition:?}"), "techniques of --ab"));
         }
+    }
+    if let Some(condition) =
+        words.assert.iter().find(|c| c.equal_image().is_some_and(|(a, _)| !a.technique.has_budget()))
+    {
+        return Err(refused("--assert", condition.to_string(), "a technique with a budget before the slash"));
     }
     let outputs: Vec<(&'static str, &PathBuf)> =
         words.outputs().into_iter().filter_map(|(option, path)| Some((option, path?))).collect();
@@ -227,6 +240,8 @@ mod tests {
         assert_eq!(asked.plan.crowd.layout, plan::LayoutPlan::Named(crowd_scene::Layout::Street));
         assert_eq!((asked.counts, asked.budgets), (vec![8, 64], vec![None]));
         assert_eq!(parsed(&["p", "--ab", "b3", "--count", "7"]).unwrap().unwrap().counts, [7]);
+        let path = parsed(&["p", "--ab", "b3", "--camera-path", "walkthrough", "--path", "50"]).unwrap().unwrap();
+        assert_eq!((path.words.rounds, path.words.path), (50, Some(50)));
         let sweep = parsed(&["p", "--ab", "b3", "--budgets", "9000,20000"]).unwrap().unwrap();
         assert_eq!(sweep.budgets, [Some(9000), Some(20000)]);
     }
@@ -243,6 +258,8 @@ mod tests {
             &["p", "--ab", "b0", "--count", "5", "--counts", "6"],
             &["p", "--ab", "b0", "--budget", "5000", "--budgets", "6000"],
             &["p", "--ab", "b0", "--assert", "b0 == 1"],
+            &["p", "--ab", "b0", "--path", "9"],
+            &["p", "--ab", "b0", "--path", "9", "--camera-path", "line", "--rounds", "3"],
         ];
         for words in usage {
             assert!(parsed(words).is_err(), "{words:?}");
@@ -250,6 +267,7 @@ mod tests {
         let refused: &[&[&str]] = &[
             &["p", "--ab", "b0,b0"],
             &["p", "--ab", "b0", "--assert", "b3/b0 < 1"],
+            &["p", "--ab", "b2,bucketed", "--assert", "triangles_at_equal_image:b2/bucketed < 1"],
             &["p", "--ab", "b0", "--csv", "-", "--json", "-"],
             &["p", "--ab", "b0", "--csv", "p"],
         ];
