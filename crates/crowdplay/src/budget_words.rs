@@ -3,6 +3,9 @@
 use clap::ValueEnum;
 use crowd_stages::BudgetIn;
 
+/// `--steady` unless given: at least 99 % of the budget is used.
+pub const STEADY_PERCENT: f32 = 0.9;
+
 /// Words beside `--budget`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct BudgetWords {
@@ -12,9 +15,9 @@ pub struct BudgetWords {
 
     /// Percent of the budget that may be left over so that levels keep still: as long as what was chosen for the last frame comes to so
     /// much or more, and to no more than N, only the camera changes levels, not those who come and leave; 0: every frame uses all it
-    /// can. The CPU keeps nothing from frame to frame
-    #[arg(long, default_value_t = 0.0, value_name = "PERCENT", value_parser = percent, help_heading = "Level of detail")]
-    pub steady: f32,
+    /// can. The CPU keeps nothing from frame to frame [default: 0.9; 0 with --fit eq1]
+    #[arg(long, value_name = "PERCENT", value_parser = percent, help_heading = "Level of detail")]
+    pub steady: Option<f32>,
 
     /// Megabytes (of 1,048,576 bytes) of GPU memory that the crowd and its pictures may take. Without --budget, N becomes the largest
     /// that fits; what does not fit is refused with what takes how much. The screen itself and the driver's own needs are not counted

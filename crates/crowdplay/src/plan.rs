@@ -3,6 +3,7 @@
 mod contradictions;
 mod seen_from;
 
+use crate::budget_words::STEADY_PERCENT;
 use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, PoseRates, SimulatorWord, Switch, WeightWord};
 use crate::memory::MEGABYTE;
 use crate::{Error, Result};
@@ -432,7 +433,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
         detail: DetailPlan {
             budget: args.budget,
             budget_in: args.room.budget_in.budget_in(),
-            slack_share: args.room.steady / 100.0,
+            slack_share: steady_percent(args) / 100.0,
             alpha: args.alpha,
             weight: match (args.lod_metric, args.weight) {
                 (MetricWord::Error, _) => Weight::Error,
@@ -476,6 +477,12 @@ pub fn plan(args: &Args) -> Result<Plan> {
         record_camera: args.record_camera.clone(),
         show,
     })
+}
+
+/// Eq. 1 as printed has no water that could stay.
+fn steady_percent(args: &Args) -> f32 {
+    let has_water = args.fit == FitWord::Fill || args.lod_metric == MetricWord::Error;
+    args.room.steady.unwrap_or(if has_water { STEADY_PERCENT } else { 0.0 })
 }
 
 fn layout(args: &Args) -> Result<LayoutPlan> {

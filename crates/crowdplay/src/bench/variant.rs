@@ -18,8 +18,8 @@ pub struct Variant {
     pub shadows: bool,
     /// Levels change at once.
     pub jumps: bool,
-    /// A hundredth of the budget may be left over so that levels keep still, unless the bench says how much.
-    pub steady: bool,
+    /// Every frame uses all it can of the budget, however levels move for it.
+    pub eager: bool,
     /// Everyone is halfway from one clip to another, in every frame.
     pub fades: bool,
     /// Poses of far ones are held.
@@ -28,8 +28,6 @@ pub struct Variant {
     pub shares: bool,
 }
 
-/// Part of the budget that a variant may leave over so that levels keep still.
-const STEADY_PART: u32 = 100;
 /// Shadow maps of a variant with shadows.
 const SHADOW_MAPS: u32 = 4;
 
@@ -50,8 +48,7 @@ impl Variant {
 
     /// The frame as it has it.
     pub fn config(self, config: FrameConfig) -> FrameConfig {
-        let is_set = config.slack > 0 || !self.steady;
-        let slack = if is_set { config.slack } else { config.budget / STEADY_PART };
+        let slack = if self.eager { 0 } else { config.slack };
         FrameConfig { slack, ..config }
     }
 }
@@ -62,7 +59,7 @@ impl From<Technique> for Variant {
             technique,
             occlusion: false,
             jumps: false,
-            steady: false,
+            eager: false,
             skinning: None,
             shadows: false,
             fades: false,
@@ -76,13 +73,13 @@ impl fmt::Display for Variant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let occlusion = if self.occlusion { "+occlusion" } else { "" };
         let jumps = if self.jumps { "+jumps" } else { "" };
-        let steady = if self.steady { "+steady" } else { "" };
+        let eager = if self.eager { "+eager" } else { "" };
         let skinning = self.skinning.map(|way| format!("+{}", way.name())).unwrap_or_default();
         let shadows = if self.shadows { "+shadows" } else { "" };
         let fades = if self.fades { "+fades" } else { "" };
         let rates = if self.rates { "+rates" } else { "" };
         let shares = if self.shares { "+share" } else { "" };
-        f.pad(&format!("{}{occlusion}{jumps}{steady}{skinning}{shadows}{fades}{rates}{shares}", self.technique))
+        f.pad(&format!("{}{occlusion}{jumps}{eager}{skinning}{shadows}{fades}{rates}{shares}", self.technique))
     }
 }
 
@@ -100,7 +97,7 @@ impl FromStr for Variant {
                 Some(_) if is_bucketed && variant.skinning.is_none() => variant.skinning = way,
                 None if is_bucketed && part == "occlusion" => variant.occlusion = true,
                 None if is_bucketed && part == "jumps" => variant.jumps = true,
-                None if has_water && part == "steady" => variant.steady = true,
+                None if has_water && part == "eager" => variant.eager = true,
                 None if part == "shadows" => variant.shadows = true,
                 None if part == "fades" => variant.fades = true,
                 None if part == "rates" => variant.rates = true,
@@ -108,7 +105,7 @@ impl FromStr for Variant {
                 _ => {
                     let ways = Skinning::WAYS.map(Skinning::name).join(", ");
                     return Err(format!(
-                        "found {text:?}, allowed after bucketed+: occlusion, jumps, steady, shadows, fades, rates, share and one of {ways}; after others +shadows, +fades and +rates, after those with a budget +steady"
+                        "found {text:?}, allowed after bucketed+: occlusion, jumps, eager, shadows, fades, rates, share and one of {ways}; after others +shadows, +fades and +rates, after those with a budget +eager"
                     ));
                 }
             }
@@ -134,10 +131,7 @@ pub fn variants() -> impl TypedValueParser<Value = Variant> {
         bucketed("bucketed+shadows", "The same with four shadow maps of the sun"),
         bucketed("bucketed+occlusion+shadows", "Both"),
         bucketed("bucketed+jumps", "The same with levels that change at once"),
-        bucketed(
-            "bucketed+steady",
-            "The same with 1 % of the budget left over so that levels keep still (or --steady)",
-        ),
+        bucketed("bucketed+eager", "The same where every frame uses all it can of the budget, as with no slack"),
         bucketed(
             "bucketed+rates",
             "The same with poses of far ones held for a while (--pose-rates, or within a pixel)",
@@ -173,8 +167,8 @@ mod tests {
             "bucketed+compute",
             "bucketed+occlusion+vertex+shadows",
             "bucketed+jumps",
-            "bucketed+steady",
-            "reform+steady",
+            "bucketed+eager",
+            "reform+eager",
             "bucketed+palettes+fades",
             "reform+fades",
             "bucketed+compute+rates",
@@ -199,7 +193,7 @@ mod tests {
             "b3+compute",
             "bucketed+vertex+compute",
             "static-floor+rates",
-            "instanced+steady",
+            "instanced+eager",
         ] {
             assert!(name.parse::<Variant>().is_err(), "{name}");
         }

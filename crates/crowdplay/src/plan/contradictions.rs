@@ -14,7 +14,10 @@ pub(super) fn check_budget(args: &Args) -> Result<()> {
     if in_triangles && args.fit == FitWord::Eq1 && args.lod_metric == MetricWord::Size {
         return refused("--budget-in", "triangles with --fit eq1", "triangles with --fit fill");
     }
-    if args.room.steady > 0.0 && args.fit == FitWord::Eq1 && args.lod_metric == MetricWord::Size {
+    if args.room.steady.is_some_and(|percent| percent > 0.0)
+        && args.fit == FitWord::Eq1
+        && args.lod_metric == MetricWord::Size
+    {
         return refused("--steady", "with --fit eq1", "with --fit fill");
     }
     if args.room.vram.is_some() && args.backend == BackendWord::Cpu {
