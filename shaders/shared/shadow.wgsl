@@ -1,7 +1,8 @@
 // The sun's shadow: cascades of depth maps. Needs light.wgsl.
 
 @group(1) @binding(0) var<uniform> shadow: ShadowConfig;
-@group(1) @binding(1) var shadow_map: texture_depth_2d_array;
+// Depths as plain numbers: OpenGL's shading language loads no texels of depth textures.
+@group(1) @binding(1) var shadow_map: texture_2d_array<f32>;
 
 // Texels of the map that a point is moved along its normal, and how many more where the sun only grazes it.
 const NORMAL_OFFSET: f32 = 1.0;
@@ -50,9 +51,9 @@ fn sun_share(position: vec3f, normal: vec3f) -> f32 {
         share = 0.0;
         for (var row = 0; row < 3; row++) {
             let depths = vec3f(
-                textureLoad(shadow_map, first + vec2i(0, row), c, 0),
-                textureLoad(shadow_map, first + vec2i(1, row), c, 0),
-                textureLoad(shadow_map, first + vec2i(2, row), c, 0),
+                textureLoad(shadow_map, first + vec2i(0, row), c, 0).x,
+                textureLoad(shadow_map, first + vec2i(1, row), c, 0).x,
+                textureLoad(shadow_map, first + vec2i(2, row), c, 0).x,
             );
             share += dot(x, select(vec3f(0.0), vec3f(1.0), vec3f(place.at.z) <= depths)) * y[row];
         }

@@ -533,3 +533,33 @@ fn an_atomic_append_is_seen() {
     }
     assert!(!depends_on_who_comes_first("    atomicAdd(&tallies[digit], 1u);"));
 }
+
+/// What the last of an entry point's GLSL writer refused, OpenGL ES 3.1: the least that the player asks for.
+fn glsl_refusal(source: &str) -> Option<String> {
+    use naga::back::{PipelineConstants, glsl, pipeline_constants::process_overrides};
+    let module = parse(source);
+    let info = Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module).expect("it is sound");
+    module.entry_points.iter().find_map(|entry| {
+        let of_entry = Some((entry.stage, entry.name.as_str()));
+        let (module, info) =
+            process_overrides(&module, &info, of_entry, &PipelineConstants::default()).expect("defaults");
+        let pipeline =
+            glsl::PipelineOptions { shader_stage: entry.stage, entry_point: entry.name.clone(), multiview: None };
+        let (options, mut text) = (glsl::Options::default(), String::new());
+        let written = glsl::Writer::new(&mut text, &module, &info, &options, &pipeline, Default::default());
+        let refusal = written.and_then(|mut writer| writer.write().map(|_| ())).err()?;
+        Some(format!("{}: {refusal}", entry.name))
+    })
+}
+
+#[test]
+fn what_reformation_draws_with_can_be_written_for_opengl() {
+    // Occlusion culling is of the bucketed technique, which OpenGL cannot draw.
+    let of_others = ["build_pyramid"];
+    for (name, source) in sources().into_iter().filter(|(name, _)| !of_others.contains(name)) {
+        assert_eq!(glsl_refusal(&source), None, "{name}");
+    }
+    let depth = "@group(0) @binding(0) var map: texture_depth_2d_array;
+        @fragment fn look() -> @location(0) vec4f { return vec4f(textureLoad(map, vec2i(0), 0, 0)); }";
+    assert!(glsl_refusal(depth).is_some(), "the test can fail");
+}

@@ -48,6 +48,13 @@ impl GpuBackend {
         Ok(self.renderer.set_instances(&self.gpu.queue, instances)?)
     }
 
+    /// The crowd's own instances again, and what they play: other instances in between have ended that.
+    pub fn set_crowd(&mut self, crowd: &Crowd) -> Result<()> {
+        let Self { gpu, renderer, .. } = self;
+        renderer.set_instances(&gpu.queue, &crowd.instances)?;
+        Ok(renderer.set_motion(&gpu.device, &gpu.queue, crowd.schedules.as_ref().map(Schedules::plan))?)
+    }
+
     /// Shows the crowd at a time: simulated here, or from the CPU.
     pub fn show_time(&mut self, crowd: &mut Crowd, time_s: f32) -> Result<()> {
         match &mut self.simulation {

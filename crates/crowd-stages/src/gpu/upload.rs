@@ -182,12 +182,14 @@ impl Uploader<'_> {
         let bytes = u64::from(side) * u64::from(side) * 4 * u64::from(layer_count) * 4 / 3;
         let smaller = "unpack with a smaller texture size";
         let texture = texture_or_error(self.device, "images of the pack", bytes, smaller, &descriptor)?;
+        // Also those that only make it an array.
+        let of_layer: u64 = (0..=side.ilog2()).map(|level| u64::from((side >> level).max(1)).pow(2) * 4).sum();
+        self.bytes += of_layer * u64::from(layer_count);
         let white = crate::TextureLayer { mips: vec![vec![[255; 4]]] };
         let layers = if data.layers.is_empty() { std::slice::from_ref(&white) } else { &data.layers };
         for (z, layer) in layers.iter().enumerate() {
             for (level, texels) in layer.mips.iter().enumerate() {
                 let side = (side >> level).max(1);
-                self.bytes += texels.len() as u64 * 4;
                 self.queue.write_texture(
                     wgpu::TexelCopyTextureInfo {
                         texture: &texture,

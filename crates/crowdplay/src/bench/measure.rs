@@ -253,7 +253,7 @@ fn measure_count(
             let time_s = start_s + frame as f32 * dt_s;
             frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget)
         };
-        backend.set_instances(&crowd.instances)?;
+        backend.set_crowd(&crowd)?;
         let levels = CpuLevels::new(&crowd.data)?;
         for (row, contender) in rows.iter_mut().zip(&contenders) {
             let options = contender.variant.options(plan.detail.draw);
