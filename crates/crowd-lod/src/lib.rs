@@ -7,7 +7,7 @@
 //!
 //! One module a step: `split_seams` (with `separate_layers` and `duplicate_triangles`), `classify`, `frames` (with `align`),
 //! `quadrics`, `attributes`, `behind`, `criteria`, `layer_gaps`, `volumes`, `symmetry`, `collapse` (on a `topology`, with `find_images`),
-//! `reorder`, `dress_normals`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `choose_levels`, `worst_frames`, `measure_surfaces`,
+//! `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `choose_levels`, `worst_frames`, `measure_surfaces`,
 //! `interpenetration`.
 
 mod align;
@@ -20,7 +20,6 @@ mod closest;
 mod collapse;
 mod criteria;
 mod distances;
-mod dress_normals;
 mod duplicate_triangles;
 mod find_images;
 mod frames;
@@ -106,9 +105,6 @@ pub fn simplify(
         chosen = portraits.stand_for_all(poses, [chosen.frames, added].concat());
         report.rerun_count += 1;
     };
-    if options.criteria == Criteria::Wedge && options.attribute_weights.normal > 0.0 {
-        order = dress_normals::dress_normals(mesh, order);
-    }
     report.used = chosen.frames.len() as u32;
     order.frames = report;
     Ok(order)

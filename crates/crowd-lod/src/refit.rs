@@ -15,7 +15,6 @@ mod fit_uvs;
 mod fit_weights;
 mod flips;
 mod full_detail;
-mod normals_at_levels;
 mod pairs;
 mod pulls;
 mod rims;
@@ -26,7 +25,6 @@ mod tests;
 
 use crate::{CollapseOrder, Level, LevelMesh, LodMesh, LodPoses, Mat3x4, level_mesh};
 use full_detail::FullDetail;
-pub(crate) use normals_at_levels::{FittedNormals, NormalsAtLevels};
 use pairs::{Pair, Probes};
 use rims::Rims;
 use shape::Shape;

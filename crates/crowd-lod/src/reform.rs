@@ -9,20 +9,15 @@
 ///
 /// Paper: Peng 2011 §5.2, triangle reformation.
 pub fn reform(triangles: &[[u32; 3]], collapse_map: &[u32], vertex_count: u32, triangle_count: u32) -> Vec<[u32; 3]> {
-    let place = settle(collapse_map, vertex_count);
-    let in_map = |t: &&[u32; 3]| t.iter().all(|&v| (v as usize) < place.len());
-    let chosen = triangles.iter().take(triangle_count as usize).filter(in_map);
-    chosen.map(|t| t.map(|v| place[v as usize])).collect()
-}
-
-/// For each vertex the one that stands for it in the prefix with `vertex_count` vertices: the map is walked once for all, coarse first.
-pub(crate) fn settle(collapse_map: &[u32], vertex_count: u32) -> Vec<u32> {
+    // Each vertex's place in this level: the map is walked once for all, coarse first.
     let mut place: Vec<u32> = Vec::with_capacity(collapse_map.len());
     for (v, &target) in collapse_map.iter().enumerate() {
         let settled = (v as u32) < vertex_count || target as usize >= v;
         place.push(if settled { v as u32 } else { place[target as usize] });
     }
-    place
+    let in_map = |t: &&[u32; 3]| t.iter().all(|&v| (v as usize) < place.len());
+    let chosen = triangles.iter().take(triangle_count as usize).filter(in_map);
+    chosen.map(|t| t.map(|v| place[v as usize])).collect()
 }
 
 #[cfg(test)]

@@ -224,8 +224,7 @@ pub struct CollapseOrder {
     /// A wedge that moves to a place where its chart is unknown keeps its own attributes there, as a vertex that only
     /// coarser levels use: a stand-in.
     pub attribute_source: Vec<u32>,
-    /// For each vertex of the order, the input vertex whose normal it has: mostly the same at full detail; coarser levels have
-    /// stand-ins with other normals at the same place.
+    /// For each vertex of the order, the input vertex whose normal it has: mostly the same.
     pub normal_source: Vec<u32>,
     /// For each vertex of the order, its material.
     pub vertex_materials: Vec<u16>,

@@ -14,25 +14,11 @@ const LEAST_LENGTH: f64 = 1.0e-3;
 /// Errors well below this (about 3 degrees) count by their square, larger ones by their size.
 const SMALL_ERROR: f64 = 0.05;
 
-/// For each vertex the normal that, interpolated over the level's triangles, is closest to full detail's. `pairs`: of faces that look
-/// the same way.
-pub(crate) fn fit_normals(full: &FullDetail<'_>, shape: &Shape, pairs: &[Pair], level: &LevelMesh) -> Vec<[f32; 3]> {
-    fit_normals_to(shape, pairs, level, |pair| {
-        let at = full.triangles[pair.full_triangle as usize].map(|v| full.mesh.normals[v as usize]);
-        mix(at, pair.full_weights)
-    })
-}
-
-/// The same with the normals, of any length, that full detail has at the pairs.
+/// For each vertex the normal that, interpolated over the level's triangles, is closest to full detail's.
 ///
 /// Vertices of one place that had the same normal keep the same one: smooth seams stay smooth, and hard edges, with a
-/// vertex for each side, hard.
-pub(crate) fn fit_normals_to(
-    shape: &Shape,
-    pairs: &[Pair],
-    level: &LevelMesh,
-    normal_at: impl Fn(&Pair) -> [f32; 3],
-) -> Vec<[f32; 3]> {
+/// vertex for each side, hard. `pairs`: of faces that look the same way.
+pub(crate) fn fit_normals(full: &FullDetail<'_>, shape: &Shape, pairs: &[Pair], level: &LevelMesh) -> Vec<[f32; 3]> {
     let (groups, count) = number_by_key(level.normals.len(), |v| {
         (shape.skins[shape.skin_of[v] as usize].place, level.normals[v].map(zero_signless_bits))
     });
@@ -45,7 +31,8 @@ pub(crate) fn fit_normals_to(
     for _ in 0..REWEIGHT_COUNT {
         let now = normals;
         normals = spread_attribute(&corners, &first, pairs, |pair| {
-            let normal = normal_at(pair);
+            let at = full.triangles[pair.full_triangle as usize].map(|v| full.mesh.normals[v as usize]);
+            let normal = mix(at, pair.full_weights);
             let length = dot(normal, normal).sqrt();
             let target = normal.map(|c| f64::from(c / length));
             let own = corners[pair.triangle as usize].map(|g| now[g as usize]);
