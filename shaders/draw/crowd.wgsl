@@ -265,7 +265,11 @@ fn shade(surface: Surface, @builtin(front_facing) is_front: bool) -> @location(0
     let uv_dy = dpdy(surface.uv);
     let across = dpdx(surface.world_position);
     let down = dpdy(surface.world_position);
+    return shaded(surface, is_front, uv_dx, uv_dy, across, down);
+}
 
+// The colour of a pixel of a mesh; what is cut out or seen from behind is discarded.
+fn shaded(surface: Surface, is_front: bool, uv_dx: vec2f, uv_dy: vec2f, across: vec3f, down: vec3f) -> vec4f {
     let material = materials[surface.material];
     let is_double_sided = (material.flags & MATERIAL_DOUBLE_SIDED) != 0u;
     if !is_front && !is_double_sided {

@@ -29,6 +29,11 @@ const RESERVE_PART: u32 = 128u;
 // Levels of dots below a character's coarsest mesh, and vertices of a dot.
 const DOT_LEVELS: u32 = 5u;
 const DOT_VERTICES: u32 = 3u;
+// Vertices and triangles of an impostor.
+const IMPOSTOR_VERTICES: u32 = 4u;
+const IMPOSTOR_TRIANGLES: u32 = 2u;
+// Area from which on nobody is an impostor, over the area below which everyone is: a quarter higher on the screen.
+const IMPOSTOR_FADE: f32 = 1.5625;
 // Densities of points in a far character's place.
 const POINT_LEVELS: u32 = 4u;
 
@@ -188,7 +193,7 @@ struct FrameConfig {
     slack: u32,
     water_before_bits: u32,
     fog_per_m: f32,
-    reserved_b: u32,
+    impostor_area_px2: f32,
 }
 
 struct CullRecord {
@@ -340,6 +345,17 @@ struct BucketCounts {
     count_16: u32,
     mesh_count: u32,
     palette_rows: u32,
+    first_impostor: u32,
+    first_fade: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+}
+
+struct ImpostorSheet {
+    tile_px: u32,
+    azimuth_count: u32,
+    elevation_count: u32,
+    poses_a_layer: u32,
 }
 
 struct MorphRecord {
@@ -408,7 +424,8 @@ struct DrawCounts {
     count_16: u32,
     count_32: u32,
     dot_count: u32,
-    reserved: u32,
+    impostor_count: u32,
+    fade_count: u32,
 }
 
 struct SortPass {
@@ -528,18 +545,42 @@ fn saturating_add(a: u32, b: u32) -> u32 {
     return select(sum, 0xffffffffu, sum < a);
 }
 
-// Vertices that an instance has at least: of one dot where it may be dots, else of the coarsest mesh.
-fn least_count(min_vertex_count: u32, area_px2: f32, dot_area_px2: f32) -> u32 {
-    return select(min_vertex_count, min(min_vertex_count, DOT_VERTICES), area_px2 < dot_area_px2);
+// Whether an instance is its impostor, or crosses over to it. Of those on their way, `area_px2` is at least `impostor_area_px2`.
+fn stands_in(min_vertex_count: u32, area_px2: f32, impostor_area_px2: f32) -> bool {
+    return min_vertex_count > IMPOSTOR_VERTICES && area_px2 < IMPOSTOR_FADE * impostor_area_px2;
+}
+
+// Vertices that an instance has at least: of one dot where it may be dots, of its impostor where it is that, with the coarsest mesh
+// where it crosses over, else of the coarsest mesh.
+fn least_count(min_vertex_count: u32, area_px2: f32, dot_area_px2: f32, impostor_area_px2: f32) -> u32 {
+    if area_px2 < dot_area_px2 {
+        return min(min_vertex_count, DOT_VERTICES);
+    }
+    if stands_in(min_vertex_count, area_px2, impostor_area_px2) {
+        return IMPOSTOR_VERTICES + select(0u, min_vertex_count, area_px2 >= impostor_area_px2);
+    }
+    return min_vertex_count;
 }
 
 // What it takes of the budget at least.
-fn least_spent(character: CharacterRecord, area_px2: f32, dot_area_px2: f32, budget_in: u32) -> u32 {
-    if budget_in == BUDGET_TRIANGLES {
-        let count = character.min_triangle_count;
-        return select(count, min(count, 1u), area_px2 < dot_area_px2);
+fn least_spent(
+    character: CharacterRecord,
+    area_px2: f32,
+    dot_area_px2: f32,
+    impostor_area_px2: f32,
+    budget_in: u32,
+) -> u32 {
+    if budget_in != BUDGET_TRIANGLES {
+        return least_count(character.min_vertex_count, area_px2, dot_area_px2, impostor_area_px2);
     }
-    return least_count(character.min_vertex_count, area_px2, dot_area_px2);
+    let count = character.min_triangle_count;
+    if area_px2 < dot_area_px2 {
+        return min(count, 1u);
+    }
+    if stands_in(character.min_vertex_count, area_px2, impostor_area_px2) {
+        return IMPOSTOR_TRIANGLES + select(0u, count, area_px2 >= impostor_area_px2);
+    }
+    return count;
 }
 
 // What a level takes of the budget.

@@ -63,6 +63,21 @@ fn begin() {
     }
 }
 
+// Of an instance that is small on the screen: its impostor, with the coarsest mesh on the way there; one dot where it may be dots
+// and the water is too low.
+fn impostor_level(character: CharacterRecord, area_px2: f32, product: f32) -> LodRecord {
+    let may_be_dots = area_px2 < config.dot_area_px2;
+    let is_short = may_be_dots && product < f32(character.min_vertex_count);
+    if area_px2 >= config.impostor_area_px2 && !is_short {
+        let vertex_count = character.min_vertex_count + IMPOSTOR_VERTICES;
+        return LodRecord(vertex_count, character.min_triangle_count + IMPOSTOR_TRIANGLES);
+    }
+    if may_be_dots && product < f32(IMPOSTOR_VERTICES) {
+        return LodRecord(DOT_VERTICES, 1u);
+    }
+    return LodRecord(IMPOSTOR_VERTICES, IMPOSTOR_TRIANGLES);
+}
+
 // The level of an instance in water that high.
 // Of the error metric, the height is one over pixels: its product with the pixels a metre takes is one over the metres allowed.
 fn level_in(number: u32, character: CharacterRecord, cull: CullRecord, bits: u32) -> LodRecord {
@@ -70,7 +85,10 @@ fn level_in(number: u32, character: CharacterRecord, cull: CullRecord, bits: u32
     if config.weight == WEIGHT_ERROR {
         return lods[error_entry(number, product)];
     }
-    let least = least_count(character.min_vertex_count, cull.area_px2, config.dot_area_px2);
+    if stands_in(character.min_vertex_count, cull.area_px2, config.impostor_area_px2) {
+        return impostor_level(character, cull.area_px2, product);
+    }
+    let least = least_count(character.min_vertex_count, cull.area_px2, config.dot_area_px2, 0.0);
     let k = max(min(product, f32(character.vertex_count)), f32(least));
     return lods[character.lod_offset + u32(k)];
 }

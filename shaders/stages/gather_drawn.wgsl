@@ -37,5 +37,10 @@ fn gather_drawn(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocati
     var one = drawn_instance(instance, character, clip, leaving, morphs[i], config.time_s, base, row);
     // Dots read their few joints from the frames.
     one.row_count = select(0u, one.row_count, key < bucket_counts.mesh_count);
+    if key >= bucket_counts.first_impostor {
+        // An impostor is of one clip, and its pixels are thinned by its number.
+        one.vertex_base = select(instance.clip, leaving_clip(instance), instance.leaving_share > 0.5);
+        one.palette_row = i;
+    }
     drawn[entry] = one;
 }

@@ -22,6 +22,12 @@ fn fraction_of(levels: BucketSet, level: u32, weight: f32) -> f32 {
     return clamp(above / f32(max(finer - bucket.vertex_count, 1u)), 0.0, 1.0);
 }
 
+// The share of its pixels that an impostor has on the way from the mesh.
+fn impostor_share(area_px2: f32) -> f32 {
+    let whole = config.impostor_area_px2;
+    return clamp((IMPOSTOR_FADE * whole - area_px2) / ((IMPOSTOR_FADE - 1.0) * whole), 0.0, 1.0);
+}
+
 // The finest level of at most that many vertices, by bisection.
 @compute @workgroup_size(BLOCK_SIZE)
 fn key_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
@@ -37,7 +43,15 @@ fn key_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
     }
     let number = instances[i].character;
     let levels = bucket_sets[number];
-    if count < buckets[bucket_of_level(levels, 0u)].vertex_count && count >= DOT_VERTICES {
+    let coarsest = buckets[bucket_of_level(levels, 0u)].vertex_count;
+    let area_px2 = culled[i].area_px2;
+    if count != DOT_VERTICES && stands_in(coarsest, area_px2, config.impostor_area_px2) {
+        let fades = count > IMPOSTOR_VERTICES;
+        keys[i] = select(bucket_counts.first_impostor, bucket_counts.first_fade, fades) + number;
+        morphs[i] = MorphRecord(0u, select(1.0, impostor_share(area_px2), fades));
+        return;
+    }
+    if count < coarsest && count >= DOT_VERTICES {
         keys[i] = bucket_counts.mesh_count + number * DOT_LEVELS + firstLeadingBit(count / DOT_VERTICES);
         morphs[i] = MorphRecord(0u, 1.0);
         return;

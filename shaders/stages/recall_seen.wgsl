@@ -38,7 +38,9 @@ fn recall(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_ind
             // The weight stays: it tells who waits from who is outside.
             culled[i].visible = 0u;
             let character = characters[instances[i].character];
-            mins[lane] = least_spent(character, culled[i].area_px2, config.dot_area_px2, config.budget_in);
+            let area_px2 = culled[i].area_px2;
+            let dots = config.dot_area_px2;
+            mins[lane] = least_spent(character, area_px2, dots, config.impostor_area_px2, config.budget_in);
             counts[lane] = 1u;
         }
     }

@@ -52,9 +52,12 @@ fn follow_leaders(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
     // Entry 0 leads, so there is one.
     let leader = end - 1u;
     let place = places[key];
-    drawn[entry].palette_row = leader * bucket_counts.palette_rows;
-    if place.vertex_base != NONE {
-        drawn[entry].vertex_base = place.vertex_base + (leader - place.first) * place.vertex_count;
+    // Impostors have other words there.
+    if key < bucket_counts.first_impostor {
+        drawn[entry].palette_row = leader * bucket_counts.palette_rows;
+        if place.vertex_base != NONE {
+            drawn[entry].vertex_base = place.vertex_base + (leader - place.first) * place.vertex_count;
+        }
     }
     if leads {
         leaders[leader] = entry;

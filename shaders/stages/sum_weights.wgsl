@@ -36,7 +36,9 @@ fn sum_blocks(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
         if cull.visible != 0u {
             weights[lane] = cull.weight;
             let character = characters[instances[i].character];
-            mins[lane] = least_spent(character, cull.area_px2, config.dot_area_px2, config.budget_in);
+            let area_px2 = cull.area_px2;
+            let dots = config.dot_area_px2;
+            mins[lane] = least_spent(character, area_px2, dots, config.impostor_area_px2, config.budget_in);
             visibles[lane] = 1u;
         }
     }

@@ -94,7 +94,9 @@ fn write_args(@builtin(local_invocation_index) lane: u32) {
     drawn[lane] = vec3u(0u);
     let count_16 = write_draws(lane, 0u, bucket_counts.count_16);
     let count_32 = write_draws(lane, bucket_counts.count_16, bucket_counts.mesh_count);
-    let dot_count = write_draws(lane, bucket_counts.mesh_count, bucket_counts.bucket_count);
+    let dot_count = write_draws(lane, bucket_counts.mesh_count, bucket_counts.first_impostor);
+    let impostor_count = write_draws(lane, bucket_counts.first_impostor, bucket_counts.first_fade);
+    let fade_count = write_draws(lane, bucket_counts.first_fade, bucket_counts.bucket_count);
     for (var half = BLOCK_SIZE / 2u; half > 0u; half /= 2u) {
         workgroupBarrier();
         if lane < half {
@@ -107,8 +109,8 @@ fn write_args(@builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
         let all = drawn[0];
         let over = select(0u, OVERFLOW_BUDGET, sums.min_vertex_count > config.budget);
-        draw_counts = DrawCounts(count_16, count_32, dot_count, 0u);
-        let draws = count_16 + count_32 + dot_count;
+        draw_counts = DrawCounts(count_16, count_32, dot_count, impostor_count, fade_count);
+        let draws = count_16 + count_32 + dot_count + impostor_count + fade_count;
         let wanted = sums.wanted_count;
         totals = FrameTotals(
             all.x,

@@ -1,4 +1,4 @@
-//! `fixtures/packs/v3` loads and means what it meant, for our reader and for one that knows only `docs/FORMAT.md`; `packs/v1` and
+//! `fixtures/packs/v3` and `v4` load and mean what they meant, for our reader and for one that knows only `docs/FORMAT.md`; `packs/v1` and
 //! `packs/v2` are refused by their versions.
 
 use crate::independent_reader::{Reader, crc32};
@@ -12,6 +12,8 @@ const FILES: [(&str, AnimationLayout, JointStorage); 4] = [
     ("fixtures/packs/v3/tiny_quantized.crowdpack", AnimationLayout::Premultiplied3x4, JointStorage::Quantized),
     ("fixtures/packs/v3/tiny_split_layout.crowdpack", AnimationLayout::Split4x4, JointStorage::F32),
 ];
+
+const IMPOSTORS: &str = "fixtures/packs/v4/tiny_impostors.crowdpack";
 
 fn fixture(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
@@ -32,6 +34,26 @@ fn the_builder_still_gives_the_committed_bytes() {
     }
 }
 
+/// `REWRITE_PACKS_V4=1` writes the file anew.
+#[test]
+fn a_pack_with_impostors_has_the_committed_bytes_of_version_4() {
+    let contents = tiny_pack::with_impostors();
+    let bytes = contents.to_bytes().unwrap();
+    if std::env::var_os("REWRITE_PACKS_V4").is_some() {
+        std::fs::write(fixture(IMPOSTORS), &bytes).unwrap();
+    }
+    assert!(std::fs::read(fixture(IMPOSTORS)).unwrap() == bytes, "did the format change without its version?");
+    assert_eq!(*Pack::open(&fixture(IMPOSTORS)).unwrap().contents(), contents);
+    let pack = Reader::new(&bytes);
+    assert_eq!(pack.version, 4);
+    check_manifest(&pack);
+    assert_eq!([pack.impostor_size(0), pack.impostor_size(1)], [(16, 8), (16, 16)]);
+    assert_eq!(
+        [pack.impostor_picture(0, false), pack.impostor_picture(1, true)],
+        [&tiny_pack::PNG[..], &tiny_pack::PNG[..70]]
+    );
+}
+
 #[test]
 fn committed_files_load() {
     for (path, layout, storage) in FILES {
@@ -46,7 +68,7 @@ fn packs_of_older_versions_are_refused_by_number() {
     for version in [1, 2] {
         for name in ["tiny.crowdpack", "tiny_split_layout.crowdpack"] {
             let error = Pack::open(&fixture(&format!("fixtures/packs/v{version}/{name}"))).unwrap_err();
-            assert!(matches!(error, Error::Version { found, supported: 3 } if found == version), "{error}");
+            assert!(matches!(error, Error::Version { found, supported: 4 } if found == version), "{error}");
             assert!(error.to_string().ends_with("bake the pack again"), "{error}");
         }
     }

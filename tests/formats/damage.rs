@@ -42,6 +42,24 @@ fn every_flipped_byte_is_refused() {
 }
 
 #[test]
+fn damaged_impostors_are_refused() {
+    let whole = tiny_pack::with_impostors().to_bytes().unwrap();
+    for length in 0..whole.len() {
+        let error = Pack::from_bytes(&whole[..length]).expect_err("a shorter file was accepted");
+        assert!(is_named(&error), "{length} bytes: {error}");
+    }
+    let mut file = whole;
+    for at in 0..file.len() {
+        for mask in [1, 16, 128, 255] {
+            file[at] ^= mask;
+            let error = Pack::from_bytes(&file).err().unwrap_or_else(|| panic!("byte {at} xor {mask} was accepted"));
+            assert!(is_named(&error), "byte {at} xor {mask}: {error}");
+            file[at] ^= mask;
+        }
+    }
+}
+
+#[test]
 fn bytes_behind_the_end_are_refused() {
     for extra in [1, 63, 64, 65] {
         let mut file = tiny(AnimationLayout::Premultiplied3x4);

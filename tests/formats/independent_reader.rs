@@ -7,6 +7,8 @@ pub struct Reader<'a> {
     file: &'a [u8],
     /// Name, bytes and element size of each section.
     sections: Vec<(String, &'a [u8], usize)>,
+    /// 3 or 4.
+    pub version: u32,
     /// The manifest.
     pub generator: String,
     /// Rows of a joint's matrix in the animation section: 3 or 4.
@@ -73,14 +75,21 @@ impl<'a> Reader<'a> {
     /// Section 1: header, table, checksums, padding.
     pub fn new(file: &'a [u8]) -> Self {
         assert_eq!(&file[..8], b"CROWDPK\0");
-        assert_eq!((u32_at(file, 8), u32_at(file, 12)), (3, 18), "version and section count");
+        let version = u32_at(file, 8);
+        let section_count = if version == 3 { 18 } else { 20 };
+        assert_eq!(
+            (version == 3 || version == 4, u32_at(file, 12)),
+            (true, section_count),
+            "version and section count"
+        );
         assert_eq!((u64_at(file, 16), u64_at(file, 24)), (file.len(), 64), "file length and table");
-        assert_eq!(u32_at(file, 32), crc32(&file[64..64 + 720]));
+        let table_end = 64 + 40 * section_count as usize;
+        assert_eq!(u32_at(file, 32), crc32(&file[64..table_end]));
         assert!(file[36..60].iter().all(|&b| b == 0));
         assert_eq!(u32_at(file, 60), crc32(&file[..60]));
         let mut sections = Vec::new();
-        let mut end = 64 + 720;
-        for entry in file[64..64 + 720].chunks(40) {
+        let mut end = table_end;
+        for entry in file[64..table_end].chunks(40) {
             let name = String::from_utf8(entry[..16].iter().copied().take_while(|&b| b != 0).collect()).unwrap();
             let (start, length) = (u64_at(entry, 16), u64_at(entry, 24));
             let element_bytes = u32_at(entry, 32) as usize;
@@ -92,7 +101,7 @@ impl<'a> Reader<'a> {
             end = start + length;
         }
         assert!(file.len().is_multiple_of(64) && file.len() - end < 64 && file[end..].iter().all(|&b| b == 0));
-        let mut reader = Self { file, sections, generator: String::new(), rows: 0, characters: Vec::new() };
+        let mut reader = Self { file, sections, version, generator: String::new(), rows: 0, characters: Vec::new() };
         reader.read_manifest();
         reader
     }
@@ -224,6 +233,25 @@ impl<'a> Reader<'a> {
         let (start, length) = (u64_at(record, 0), u64_at(record, 8));
         let first = self.element("image_bytes", start).as_ptr() as usize - self.file.as_ptr() as usize;
         assert_eq!(first % 64, 0, "images can be mapped");
+        &self.file[first..first + length]
+    }
+
+    /// Texels that a character's impostors are wide and high.
+    pub fn impostor_size(&self, character: usize) -> (u32, u32) {
+        let record = self.element("impostors", character);
+        let [tile, azimuths, elevations, poses, clips] = [0, 4, 8, 12, 16].map(|b| u32_at(record, b));
+        (tile * azimuths, tile * elevations * poses * clips)
+    }
+
+    /// The bytes of their colours or normals.
+    pub fn impostor_picture(&self, character: usize, is_normal: bool) -> &'a [u8] {
+        let record = self.element("impostors", character);
+        let (start, length) = match is_normal {
+            false => (u64_at(record, 24), u32_at(record, 40) as usize),
+            true => (u64_at(record, 32), u32_at(record, 44) as usize),
+        };
+        let first = self.element("impostor_bytes", start).as_ptr() as usize - self.file.as_ptr() as usize;
+        assert_eq!(first % 64, 0, "pictures can be mapped");
         &self.file[first..first + length]
     }
 

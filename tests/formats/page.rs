@@ -1,8 +1,8 @@
 //! The tables of `docs/FORMAT.md` say what the records are: name, place and size of every field, and the limits.
 
 use crowd_pack::{
-    CharacterRecord, ClipRecord, ImageRecord, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord, VertexRecord,
-    limits,
+    CharacterRecord, ClipRecord, ImageRecord, ImpostorRecord, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord,
+    VertexRecord, limits,
 };
 use std::mem::offset_of;
 
@@ -57,6 +57,8 @@ fn records_are_where_the_page_says() {
         refit_vertex_offset);
     check_record!(LevelRecord, "### LevelRecord, 24 bytes", vertex_count triangle_count index_offset index_bytes
         refit_vertex_offset bound_m);
+    check_record!(ImpostorRecord, "### ImpostorRecord, 48 bytes", tile_px azimuth_count elevation_count pose_count clip_count reserved
+        color_byte_offset normal_byte_offset color_byte_count normal_byte_count);
     check_record!(ImageRecord, "### ImageRecord, 32 bytes", byte_offset byte_count width height encoding reserved);
 }
 
@@ -79,5 +81,8 @@ fn limits_are_the_pages() {
     assert!(limits::MATERIALS_PER_CHARACTER == 65_535 && PAGE.contains("65,535 materials"));
     assert!(limits::QUANTIZED_LEVELS == 64 && PAGE.contains("64 quantised levels"));
     assert!(limits::DISCRETE_LEVELS == 32 && PAGE.contains("32 discrete levels"));
+    assert!(limits::IMPOSTOR_TILE_PX == 128 && PAGE.contains("power of two from 8 to 128"));
+    assert!(limits::IMPOSTOR_DIRECTIONS == 64 && PAGE.contains("1 to 64"));
+    assert!(limits::IMPOSTOR_TEXELS == 1 << 26 && PAGE.contains("2^26 texels of impostors"));
     assert!(limits::IMAGE_SIDE_PX == 32_768 && PAGE.contains("pixels, 1 to 32768"));
 }

@@ -216,3 +216,49 @@ fn no_image_is_allowed() {
     contents.materials[0].image = NONE;
     assert!(contents.to_bytes().is_ok());
 }
+
+/// How to break a rule of impostors, and what the message has to say.
+const BROKEN_IMPOSTORS: &[(&str, Break)] = &[
+    ("section impostors: elements", |p| p.impostors.truncate(1)),
+    ("impostors 0: tile", |p| p.impostors[0].tile_px = 12),
+    ("impostors 0: tile", |p| p.impostors[0].tile_px = 256),
+    ("impostors 0: tile", |p| p.impostors[0].tile_px = 0),
+    ("impostors 0: azimuths", |p| p.impostors[0].azimuth_count = 65),
+    ("impostors 1: elevations", |p| p.impostors[1].elevation_count = 0),
+    ("impostors 1: poses a clip", |p| p.impostors[1].pose_count = u32::MAX),
+    ("impostors 1: clips", |p| p.impostors[1].clip_count = 3),
+    ("impostors 1: shape", |p| p.impostors[1].azimuth_count = 3),
+    ("impostors 1: shape", |p| p.impostors[1].tile_px = 16),
+    ("impostors 0: reserved", |p| p.impostors[0].reserved = 1),
+    ("impostors 0: colours: byte offset", |p| p.impostors[0].color_byte_offset = 64),
+    ("impostors 1: normals: byte offset", |p| p.impostors[1].normal_byte_offset = u64::MAX),
+    ("impostors 0: normals: byte offset", |p| p.impostors[0].color_byte_count = 1),
+    ("impostors 1: normals: bytes", |p| p.impostors[1].normal_byte_count = u32::MAX),
+    ("impostors 1: normals: bytes", |p| p.impostors[1].normal_byte_count = 0),
+    ("impostors 0: normals: padding", |p| p.impostor_bytes[80] = 1),
+    ("section impostor_bytes: bytes", |p| p.impostor_bytes.push(0)),
+];
+
+#[test]
+fn every_broken_rule_of_impostors_is_named() {
+    for (number, (place, break_rule)) in BROKEN_IMPOSTORS.iter().enumerate() {
+        let mut contents = tiny_pack::with_impostors();
+        assert!(contents.to_bytes().is_ok());
+        break_rule(&mut contents);
+        let error = contents.to_bytes().err().unwrap_or_else(|| panic!("rule {number}, {place}: accepted"));
+        assert!(error.to_string().contains(place), "rule {number}: {error}, wanted {place}");
+    }
+}
+
+/// A few bytes that promise many texels are refused before anyone decodes them.
+#[test]
+fn too_many_texels_of_impostors_are_a_limit() {
+    let mut contents = tiny_pack::with_impostors();
+    for record in &mut contents.impostors {
+        (record.tile_px, record.azimuth_count, record.elevation_count, record.pose_count) = (128, 64, 64, 4);
+    }
+    let error = contents.to_bytes().unwrap_err();
+    assert!(matches!(error, Error::Limit { allowed, .. } if allowed == 1 << 26), "{error}");
+    contents.impostors.iter_mut().for_each(|record| record.pose_count = 5);
+    assert!(contents.to_bytes().unwrap_err().to_string().contains("texels high"));
+}

@@ -1,10 +1,10 @@
 //! Two characters small enough to check by hand: a flag of two triangles and a tetrahedron with a cut edge.
 
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, JointStorage, LevelRecord, LevelSetRecord, LodRecord, Manifest,
-    ManifestBlocked, ManifestCharacter, ManifestClip, ManifestContact, ManifestDiscrete, ManifestJoint, ManifestLevel,
-    ManifestMeasured, ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTarget, ManifestTrack,
-    MaterialRecord, NONE, PackContents, VertexRecord, material_flags, store_frame,
+    AnimationLayout, CharacterRecord, ClipRecord, ImpostorRecord, JointStorage, LevelRecord, LevelSetRecord, LodRecord,
+    Manifest, ManifestBlocked, ManifestCharacter, ManifestClip, ManifestContact, ManifestDiscrete, ManifestJoint,
+    ManifestLevel, ManifestMeasured, ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTarget,
+    ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord, material_flags, store_frame,
 };
 
 /// A PNG of 2 x 2 pixels: red, white; white, blue.
@@ -29,6 +29,24 @@ pub fn stored(layout: AnimationLayout, storage: JointStorage) -> PackContents {
     };
     add_flag(&mut pack, storage);
     add_tetrahedron(&mut pack, storage);
+    pack
+}
+
+/// The pack with impostors: one pose of the flag's clip, two of one of the tetrahedron's two.
+pub fn with_impostors() -> PackContents {
+    let mut pack = contents(AnimationLayout::Premultiplied3x4);
+    for (clip_count, pose_count) in [(1, 1), (1, 2)] {
+        let shape = ImpostorRecord {
+            tile_px: 8,
+            azimuth_count: 2,
+            elevation_count: 1,
+            pose_count,
+            clip_count,
+            ..ImpostorRecord::default()
+        };
+        // Nobody decodes them here.
+        pack.add_impostors(shape, &PNG, &PNG[..70]);
+    }
     pack
 }
 

@@ -6,7 +6,7 @@ use crowd_pack::{
     CharacterRecord, ClipRecord, JointStorage, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord, NONE,
     VertexRecord, encode_normal, material_flags, store_frame, stored_frames,
 };
-use crowd_stages::{CrowdData, FrameConfig, FrameView, InstanceRecord, TextureLayer, Weight};
+use crowd_stages::{CrowdData, FrameConfig, FrameView, ImpostorPoses, Impostors, InstanceRecord, TextureLayer, Weight};
 use glam::{Mat4, Vec3};
 
 /// Joints of every barrel: base, middle, top.
@@ -61,7 +61,15 @@ pub fn crowd() -> CrowdData {
     for barrel in &barrels {
         add_barrel(&mut data, barrel);
     }
+    data.impostors = Some(plain_impostors(barrels.len()));
     data
+}
+
+/// Grey pictures: for stages that ask whether there are any.
+fn plain_impostors(characters: usize) -> Impostors {
+    let (color, normal) = (vec![[150, 150, 150, 255]; 256], vec![[128, 128, 255, 255]; 256]);
+    let poses = ImpostorPoses { pose_count: 1, clip_count: 2, color, normal };
+    Impostors { tile_px: 8, azimuth_count: 2, elevation_count: 1, characters: vec![poses; characters] }
 }
 
 /// Instances on a disc, the same for the same count: place, yaw, size, character, clip and phase from a hash of the number.

@@ -57,6 +57,14 @@ pub fn dotted(mut case: Case) -> Case {
     case
 }
 
+/// The same where those smaller than the middle one are their impostors, somewhat larger ones on the way there, and the smallest may be dots.
+pub fn impostored(case: Case) -> Case {
+    let mut case = dotted(case);
+    case.config.impostor_area_px2 = case.config.dot_area_px2;
+    case.config.dot_area_px2 *= 0.5;
+    case
+}
+
 impl Case {
     pub fn count(&self) -> u32 {
         self.instances.len() as u32

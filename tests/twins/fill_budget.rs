@@ -1,8 +1,8 @@
 //! `fill_budget` on the GPU against its twin: equal; and that the budget is spent, on the twin.
 
-use crate::cases::{Case, Selected, buckets, case, cases, close, data, dotted, first_difference};
+use crate::cases::{Case, Selected, buckets, case, cases, close, data, dotted, first_difference, impostored};
 use crowd_pack::LodRecord;
-use crowd_stages::{BudgetIn, FillState, LodChoice, Weight, WeightSums, cpu, gpu::FillBudget};
+use crowd_stages::{BudgetIn, FillState, IMPOSTOR_FADE, LodChoice, Weight, WeightSums, cpu, gpu::FillBudget};
 use crowd_tests::gpu;
 use proptest::prelude::*;
 
@@ -59,9 +59,9 @@ fn levels_are_equal_for_all_sizes_budgets_and_tables() {
 
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
-fn levels_with_dots_are_equal_for_all_sizes_and_budgets() {
+fn levels_with_dots_and_impostors_are_equal_for_all_sizes_and_budgets() {
     let lods = buckets().quantized_lods(data());
-    for case in cases().chain(budgets()).map(dotted) {
+    for case in cases().chain(budgets()).map(dotted).chain(cases().chain(budgets()).map(impostored)) {
         let selected = case.select();
         let (choices, fill, sums) = on_gpu(&case, &lods, &selected);
         let expected = on_cpu(&case, &lods, &selected);
@@ -94,6 +94,24 @@ fn dots_make_a_small_budget_hold() {
         }
     }
     assert!(dots > 50, "{dots} became dots");
+}
+
+/// Impostors are counted: what they save goes to those who are nearer, and the budget holds.
+#[test]
+fn impostors_leave_their_vertices_to_the_others() {
+    let (plain, with_impostors) = (case(1000, 60, Weight::Area), impostored(case(1000, 60, Weight::Area)));
+    let lods = buckets().quantized_lods(data());
+    let near = |case: &Case| {
+        let selected = case.select();
+        let (choices, _, _) = on_cpu(case, &lods, &selected);
+        let all = choices.iter().map(|choice| u64::from(choice.vertex_count)).sum::<u64>();
+        assert!(all <= u64::from(case.config.budget), "{all} of {}", case.config.budget);
+        let largest = IMPOSTOR_FADE * with_impostors.config.impostor_area_px2;
+        let seen = choices.iter().zip(&selected.culled).filter(|(_, cull)| cull.area_px2 >= largest);
+        seen.map(|(choice, _)| u64::from(choice.vertex_count)).sum::<u64>()
+    };
+    let (without, with) = (near(&plain), near(&with_impostors));
+    assert!(with > without + without / 20, "{with} with impostors, {without} without");
 }
 
 /// Vertices of the levels, of the coarsest and of full detail of the visible.

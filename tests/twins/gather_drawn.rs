@@ -1,6 +1,6 @@
 //! `gather_drawn` on the GPU against its twin: integers equal, other numbers within a bound.
 
-use crate::cases::{Case, buckets, case, cases, data};
+use crate::cases::{Case, buckets, case, cases, data, impostored};
 use crowd_stages::{BucketPlace, BucketRange, DrawnInstance, MorphRecord, Weight, cpu, gpu::GatherDrawn};
 use crowd_tests::gpu;
 
@@ -74,7 +74,7 @@ fn first_apart(gpu: &[DrawnInstance], cpu: &[DrawnInstance]) -> Option<String> {
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn drawn_instances_agree_for_all_sizes() {
-    for case in cases() {
+    for case in cases().chain(cases().map(impostored)) {
         let sorted = sorted(&case, case.count() * 20);
         let (gpu, cpu) = (on_gpu(&case, &sorted), on_cpu(&case, &sorted));
         assert_eq!(first_apart(&gpu, &cpu), None, "{} instances", case.count());

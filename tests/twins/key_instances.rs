@@ -1,7 +1,7 @@
 //! `key_instances` on the GPU against its twins: equal.
 
-use crate::cases::{Case, Selected, buckets, case, cases, data, dotted, first_difference};
-use crowd_stages::{Buckets, FillState, MorphRecord, Weight, cpu, gpu::KeyInstances};
+use crate::cases::{Case, Selected, buckets, case, cases, data, dotted, first_difference, impostored};
+use crowd_stages::{Buckets, FillState, IMPOSTOR_FADE, MorphRecord, Weight, cpu, gpu::KeyInstances};
 use crowd_tests::gpu;
 
 fn on_gpu(case: &Case, selected: &Selected, fill: FillState, full_detail: bool) -> (Vec<u32>, Vec<MorphRecord>) {
@@ -54,7 +54,7 @@ fn morphs_differ(gpu: &[MorphRecord], cpu: &[MorphRecord]) -> Option<String> {
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn keys_and_morphs_agree_for_all_sizes() {
-    for (number, case) in cases().chain(cases().map(dotted)).enumerate() {
+    for (number, case) in cases().chain(cases().map(dotted)).chain(cases().map(impostored)).enumerate() {
         let (case, selected, fill) = filled(case, number as u32 % 2);
         let (keys, morphs) = on_gpu(&case, &selected, fill, false);
         let expected = expected(&case, &selected, &fill);
@@ -85,6 +85,30 @@ fn fractions_tell_where_between_two_levels_the_water_stands() {
         let seen = morphs.iter().zip(&selected.choices).filter(|(_, choice)| choice.vertex_count > 0);
         assert!(seen.clone().count() > 100 && seen.clone().all(|(m, _)| m.fraction == 1.0));
     }
+}
+
+/// Who is small enough is an impostor, who is a little larger is both and has a share of the pixels by size, and nobody else is any.
+#[test]
+fn impostors_are_those_who_are_small_enough() {
+    let (case, selected, fill) = filled(impostored(case(1000, 60, Weight::Area)), 1);
+    let (keys, morphs) = expected(&case, &selected, &fill);
+    let whole = case.config.impostor_area_px2;
+    let (mut alone, mut fading) = (0, Vec::new());
+    for ((key, morph), cull) in keys.iter().zip(&morphs).zip(&selected.culled).filter(|(_, cull)| cull.visible != 0) {
+        let is_small = cull.area_px2 < whole;
+        if *key >= buckets().first_fade {
+            assert!(!is_small && cull.area_px2 < IMPOSTOR_FADE * whole && morph.fraction < 1.0, "{cull:?}");
+            fading.push((cull.area_px2, morph.fraction));
+        } else if *key >= buckets().first_impostor {
+            assert!(is_small && morph.fraction == 1.0, "{cull:?}");
+            alone += 1;
+        } else {
+            assert!(!is_small || cull.area_px2 < case.config.dot_area_px2, "{cull:?}");
+        }
+    }
+    fading.sort_by(|a, b| a.0.total_cmp(&b.0));
+    assert!(alone > 50 && fading.len() > 20, "{alone} alone, {} on the way", fading.len());
+    assert!(fading.is_sorted_by(|a, b| a.1 >= b.1), "the larger, the less of the impostor: {fading:?}");
 }
 
 #[test]

@@ -28,6 +28,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "draw_scenery",
         "feed",
         "flock",
+        "impostor_textures",
         "kernel",
         "memory_use",
         "occlusion",

@@ -1,6 +1,6 @@
 //! `recall_seen` on the GPU against its twin: equal.
 
-use crate::cases::{Case, case, cases, first_difference};
+use crate::cases::{Case, case, cases, first_difference, impostored};
 use crowd_stages::{CullRecord, FrameConfig, SightTally, cpu, gpu::RecallSeen, sight};
 use crowd_tests::{gpu, synthetic::hash};
 
@@ -46,7 +46,7 @@ fn difference(gpu: &Recalled, cpu: &Recalled) -> Option<String> {
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn the_recall_agrees_for_all_sizes() {
-    for case in cases() {
+    for case in cases().chain(cases().map(impostored)) {
         let culled = cpu::cull_instances(case.data, &case.instances, &case.config);
         let seen = memory(&case, case.count());
         let expected = on_cpu(&case, &seen, &culled);

@@ -1,6 +1,6 @@
 //! `sum_weights` on the GPU against its twin: equal, float sums too.
 
-use crate::cases::{Case, cases, dotted, first_difference};
+use crate::cases::{Case, cases, dotted, first_difference, impostored};
 use crowd_stages::{CullRecord, WeightSums, cpu, gpu::SumWeights};
 use crowd_tests::gpu;
 
@@ -23,7 +23,7 @@ fn on_gpu(case: &Case, culled: &[CullRecord]) -> WeightSums {
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn sums_are_equal_for_all_sizes() {
-    for case in cases().chain(cases().map(dotted)) {
+    for case in cases().chain(cases().map(dotted)).chain(cases().map(impostored)) {
         let culled = cpu::cull_instances(case.data, &case.instances, &case.config);
         let expected = cpu::sum_weights(case.data, &case.instances, &culled, &case.config);
         assert_eq!(first_difference(&[on_gpu(&case, &culled)], &[expected]), None, "{} instances", case.count());

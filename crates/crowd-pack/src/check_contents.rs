@@ -2,6 +2,7 @@
 //!
 //! What needs a whole level to be rebuilt (degenerate triangles, measured errors) is left to `crowdbake verify`.
 
+use crate::check_impostors::check_impostors;
 use crate::check_levels::{CoveredLevels, check_level_set};
 use crate::check_manifest::check_manifest;
 use crate::layout::{ALIGNMENT, align_up, format_error, refuse_above};
@@ -22,6 +23,7 @@ pub(crate) fn check_contents(contents: &PackContents) -> Result<()> {
         check_character(contents, index, &mut covered)?;
     }
     covered.expect_all(contents)?;
+    check_impostors(contents)?;
     check_manifest(contents)
 }
 
@@ -388,7 +390,7 @@ fn expect_sphere(sphere: [f32; 4], place: impl FnOnce() -> String) -> Result<()>
     if fits { Ok(()) } else { Err(format_error(place(), format!("{sphere:?}"), "finite, radius at least 0")) }
 }
 
-fn expect_zeros(bytes: &[u8], range: Range<usize>, place: impl FnOnce() -> String) -> Result<()> {
+pub(crate) fn expect_zeros(bytes: &[u8], range: Range<usize>, place: impl FnOnce() -> String) -> Result<()> {
     let zeros = bytes.get(range).is_some_and(|padding| padding.iter().all(|&b| b == 0));
     if zeros { Ok(()) } else { Err(format_error(place(), "other bytes", "zeros")) }
 }

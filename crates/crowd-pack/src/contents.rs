@@ -1,8 +1,8 @@
 //! A pack in memory: [`PackContents`] owned for writing, [`Pack`] checked for reading.
 
 use crate::{
-    CharacterRecord, ClipRecord, ImageRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestMeasured,
-    MaterialRecord, NONE, Texel, VertexRecord,
+    CharacterRecord, ClipRecord, ImageRecord, ImpostorRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest,
+    ManifestMeasured, MaterialRecord, NONE, Texel, VertexRecord,
 };
 
 /// Everything that goes into a pack. All characters share one section per kind of data (Dong 2019 §5).
@@ -44,6 +44,10 @@ pub struct PackContents {
     pub indices_32: Vec<u32>,
     /// Vertices of refitted levels.
     pub refit_vertices: Vec<VertexRecord>,
+    /// Impostors, one a character or none at all.
+    pub impostors: Vec<ImpostorRecord>,
+    /// Their encoded pictures, each starting at a multiple of 64.
+    pub impostor_bytes: Vec<u8>,
 }
 
 /// What was written.
@@ -126,6 +130,8 @@ impl PackContents {
 /// - Levels with index tables cover `levels`, `indices_16`, `indices_32` and `refit_vertices` exactly and in order; their
 ///   indices are below their vertex counts, and those without vertices of their own are levels of the LOD table.
 /// - Images lie within `image_bytes` at multiples of 64; materials name existing images. Images are not decoded.
+/// - Impostors are there for every character or for none, all of one shape; their pictures cover `impostor_bytes` at multiples of 64. They
+///   are not decoded.
 /// - The manifest has as many joints, clips and materials as the records; parents come before children; tracks lie within
 ///   `track_values` and have rising times; character names are unique, clip names within their character.
 /// - Every number is finite and every count within [`crate::limits`].

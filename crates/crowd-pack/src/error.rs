@@ -28,7 +28,7 @@ pub enum Error {
         allowed: String,
     },
     /// A version this reader does not know.
-    #[error("pack: format version {found}, this build reads version {supported}; bake the pack again")]
+    #[error("pack: format version {found}, this build reads versions 3 to {supported}; bake the pack again")]
     Version {
         /// In the file.
         found: u32,

@@ -2,7 +2,7 @@
 //!
 //! Knows bytes only; what the sections mean is checked in `check_contents`.
 
-use crate::{Error, FORMAT_VERSION, MAGIC, Result, limits};
+use crate::{Error, FORMAT_VERSION, MAGIC, PLAIN_VERSION, Result, limits};
 
 #[cfg(target_endian = "big")]
 compile_error!(
@@ -20,8 +20,8 @@ const HEADER_CHECKED_BYTES: usize = 60;
 /// Bytes of a section's name, zero-padded.
 const NAME_BYTES: usize = 16;
 
-/// Names and element sizes of the sections of version 3, in file order. All are always there, empty or not.
-pub const SECTIONS: [(&str, u32); 18] = [
+/// Names and element sizes of the sections of version 4, in file order. All are always there, empty or not.
+pub const SECTIONS: [(&str, u32); 20] = [
     ("manifest", 1),
     ("characters", 112),
     ("vertices", 48),
@@ -40,7 +40,31 @@ pub const SECTIONS: [(&str, u32); 18] = [
     ("indices_16", 2),
     ("indices_32", 4),
     ("refit_vertices", 48),
+    ("impostors", 48),
+    ("impostor_bytes", 1),
 ];
+/// Sections of version 3: the first ones.
+const PLAIN_SECTIONS: usize = 18;
+
+/// The sections of a version that is read.
+fn sections_of(version: u32) -> Option<&'static [(&'static str, u32)]> {
+    match version {
+        PLAIN_VERSION => Some(&SECTIONS[..PLAIN_SECTIONS]),
+        FORMAT_VERSION => Some(&SECTIONS),
+        _ => None,
+    }
+}
+
+/// The version that sections in the order of [`SECTIONS`] are written as: the oldest that has what is in them.
+pub(crate) fn version_of(sections: &[&[u8]; SECTIONS.len()]) -> u32 {
+    let is_plain = sections[PLAIN_SECTIONS..].iter().all(|section| section.is_empty());
+    if is_plain { PLAIN_VERSION } else { FORMAT_VERSION }
+}
+
+/// How many sections that version has.
+pub(crate) fn section_count(version: u32) -> usize {
+    sections_of(version).map_or(0, <[_]>::len)
+}
 
 /// The next multiple of [`ALIGNMENT`].
 pub fn align_up(bytes: usize) -> usize {
@@ -49,11 +73,14 @@ pub fn align_up(bytes: usize) -> usize {
 
 /// Lays the sections, given in the order of [`SECTIONS`], out behind a header and a table.
 pub(crate) fn join_sections(sections: &[&[u8]; SECTIONS.len()]) -> Result<Vec<u8>> {
-    let first_byte_offset = align_up(HEADER_BYTES + SECTIONS.len() * ENTRY_BYTES);
+    let version = version_of(sections);
+    let count = section_count(version);
+    let sections = &sections[..count];
+    let first_byte_offset = align_up(HEADER_BYTES + count * ENTRY_BYTES);
     let file_bytes = sections.iter().fold(first_byte_offset, |end, section| align_up(end + section.len()));
     refuse_above("bytes of the pack", file_bytes as u64, limits::PACK_BYTES)?;
 
-    let mut table = Vec::with_capacity(SECTIONS.len() * ENTRY_BYTES);
+    let mut table = Vec::with_capacity(count * ENTRY_BYTES);
     let mut byte_offset = first_byte_offset;
     for ((name, element_bytes), section) in SECTIONS.iter().zip(sections) {
         let mut padded_name = [0_u8; NAME_BYTES];
@@ -68,8 +95,8 @@ pub(crate) fn join_sections(sections: &[&[u8]; SECTIONS.len()]) -> Result<Vec<u8
 
     let mut file = Vec::with_capacity(file_bytes);
     file.extend_from_slice(&MAGIC);
-    file.extend_from_slice(&FORMAT_VERSION.to_le_bytes());
-    file.extend_from_slice(&(SECTIONS.len() as u32).to_le_bytes());
+    file.extend_from_slice(&version.to_le_bytes());
+    file.extend_from_slice(&(count as u32).to_le_bytes());
     file.extend_from_slice(&(file_bytes as u64).to_le_bytes());
     file.extend_from_slice(&(HEADER_BYTES as u64).to_le_bytes());
     file.extend_from_slice(&crc32fast::hash(&table).to_le_bytes());
@@ -91,6 +118,8 @@ pub(crate) struct Header {
     pub(crate) file_bytes: u64,
     /// Checksum of the section table.
     table_crc32: u32,
+    /// Names and element sizes of the version's sections.
+    sections: &'static [(&'static str, u32)],
 }
 
 /// Reads the first [`HEADER_BYTES`] of a file. Magic, then version, then checksum: an unknown version is told as such.
@@ -102,12 +131,12 @@ pub(crate) fn read_header(bytes: &[u8]) -> Result<Header> {
         return Err(format_error("header: magic", bytes[..8].escape_ascii(), MAGIC.escape_ascii()));
     }
     let version = u32_at(bytes, 8);
-    if version != FORMAT_VERSION {
+    let Some(sections) = sections_of(version) else {
         return Err(Error::Version { found: version, supported: FORMAT_VERSION });
-    }
+    };
     check_crc32("header", &bytes[..HEADER_CHECKED_BYTES], u32_at(bytes, HEADER_CHECKED_BYTES))?;
-    if u32_at(bytes, 12) as usize != SECTIONS.len() {
-        return Err(format_error("header: section count", u32_at(bytes, 12), SECTIONS.len()));
+    if u32_at(bytes, 12) as usize != sections.len() {
+        return Err(format_error("header: section count", u32_at(bytes, 12), sections.len()));
     }
     if u64_at(bytes, 24) != HEADER_BYTES as u64 {
         return Err(format_error("header: table byte offset", u64_at(bytes, 24), HEADER_BYTES));
@@ -117,16 +146,16 @@ pub(crate) fn read_header(bytes: &[u8]) -> Result<Header> {
     }
     let file_bytes = u64_at(bytes, 16);
     refuse_above("bytes of the pack", file_bytes, limits::PACK_BYTES)?;
-    Ok(Header { file_bytes, table_crc32: u32_at(bytes, 32) })
+    Ok(Header { file_bytes, table_crc32: u32_at(bytes, 32), sections })
 }
 
-/// The sections of a file in the order of [`SECTIONS`], once every byte of it is accounted for.
+/// The sections of a file in the order of [`SECTIONS`], once every byte of it is accounted for; those that its version lacks are empty.
 pub(crate) fn split_sections(bytes: &[u8]) -> Result<[&[u8]; SECTIONS.len()]> {
     let header = read_header(bytes)?;
     if header.file_bytes != bytes.len() as u64 {
         return Err(format_error("file length", bytes.len(), format!("{}, as the header says", header.file_bytes)));
     }
-    let table_end = HEADER_BYTES + SECTIONS.len() * ENTRY_BYTES;
+    let table_end = HEADER_BYTES + header.sections.len() * ENTRY_BYTES;
     let Some(table) = bytes.get(HEADER_BYTES..table_end) else {
         return Err(format_error("file length", bytes.len(), format!("at least {table_end}")));
     };
@@ -134,7 +163,7 @@ pub(crate) fn split_sections(bytes: &[u8]) -> Result<[&[u8]; SECTIONS.len()]> {
 
     let mut sections: [&[u8]; SECTIONS.len()] = [&[]; SECTIONS.len()];
     let mut end = table_end;
-    for (index, (name, element_bytes)) in SECTIONS.into_iter().enumerate() {
+    for (index, (name, element_bytes)) in header.sections.iter().copied().enumerate() {
         let entry = &table[index * ENTRY_BYTES..(index + 1) * ENTRY_BYTES];
         let start = align_up(end);
         check_zeros(&format!("padding before section {name}"), bytes.get(end..start))?;
@@ -234,6 +263,8 @@ mod tests {
             size_of::<u16>(),
             size_of::<u32>(),
             size_of::<crate::VertexRecord>(),
+            size_of::<crate::ImpostorRecord>(),
+            1,
         ];
         assert_eq!(SECTIONS.map(|(_, bytes)| bytes as usize), sizes);
         assert!(SECTIONS.iter().all(|(name, _)| name.len() <= NAME_BYTES));
@@ -248,6 +279,17 @@ mod tests {
         let file = join_sections(&sections).unwrap();
         assert_eq!(file.len() % ALIGNMENT, 0);
         assert_eq!(split_sections(&file).unwrap(), sections);
+    }
+
+    #[test]
+    fn a_pack_is_written_as_the_oldest_version_that_has_its_sections() {
+        let mut sections: [&[u8]; SECTIONS.len()] = [&[]; SECTIONS.len()];
+        let plain = join_sections(&sections).unwrap();
+        assert_eq!((u32_at(&plain, 8), u32_at(&plain, 12)), (PLAIN_VERSION, 18));
+        sections[19] = b"picture";
+        let newest = join_sections(&sections).unwrap();
+        assert_eq!((u32_at(&newest, 8), u32_at(&newest, 12)), (FORMAT_VERSION, 20));
+        assert_eq!(split_sections(&newest).unwrap(), sections);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! are uploaded as they lie; only the manifest is bincode. A pack is untrusted input: everything is checked before use.
 
 mod check_contents;
+mod check_impostors;
 mod check_levels;
 mod check_manifest;
 mod contents;

@@ -24,3 +24,9 @@ pub const QUANTIZED_LEVELS: u64 = 64;
 pub const DISCRETE_LEVELS: u64 = 32;
 /// Bytes of the decoded manifest: bounds what bincode may allocate.
 pub const MANIFEST_BYTES: usize = 256 << 20;
+/// Texels along one side of an impostor's tile: larger ones are no stand-ins for the small.
+pub const IMPOSTOR_TILE_PX: u32 = 128;
+/// Directions around a character, and poses of a clip, that have impostors.
+pub const IMPOSTOR_DIRECTIONS: u32 = 64;
+/// Texels of all impostors of a pack: 256 MiB of colours and as much of normals once decoded.
+pub const IMPOSTOR_TEXELS: u64 = 1 << 26;

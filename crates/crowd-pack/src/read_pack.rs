@@ -58,6 +58,8 @@ impl Pack {
             indices_16,
             indices_32,
             refit_vertices,
+            impostors,
+            impostor_bytes,
         ] = split_sections(bytes)?;
         let contents = PackContents {
             manifest: decode_manifest(manifest)?,
@@ -78,6 +80,8 @@ impl Pack {
             indices_16: to_records(indices_16),
             indices_32: to_records(indices_32),
             refit_vertices: to_records(refit_vertices),
+            impostors: to_records(impostors),
+            impostor_bytes: impostor_bytes.to_vec(),
         };
         check_contents(&contents)?;
         Ok(Self { contents })

@@ -4,8 +4,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// Version of the format; a reader refuses every other.
-pub const FORMAT_VERSION: u32 = 3;
+/// Newest version of the format, that of packs with impostors.
+pub const FORMAT_VERSION: u32 = 4;
+/// Oldest version that is read, and that of packs without impostors: version 4 but for its last two sections. A reader refuses every other.
+pub const PLAIN_VERSION: u32 = 3;
 /// First eight bytes of a pack.
 pub const MAGIC: [u8; 8] = *b"CROWDPK\0";
 /// No image; no vertices of their own.
@@ -208,6 +210,52 @@ pub struct ImageRecord {
     pub encoding: u32,
     /// Zero.
     pub reserved: u32,
+}
+
+/// A character's impostors, 48 bytes: small pictures of it (tiles) from around, at some moments of its clips.
+///
+/// Tiles stand in rows of one elevation; `elevation_count` such rows are a pose, `pose_count` poses a clip. See `docs/FORMAT.md`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
+pub struct ImpostorRecord {
+    /// Texels that a tile is wide and high, a power of two.
+    pub tile_px: u32,
+    /// Directions around the character.
+    pub azimuth_count: u32,
+    /// Directions upwards, from the horizon on.
+    pub elevation_count: u32,
+    /// Moments of a clip, evenly spread.
+    pub pose_count: u32,
+    /// Clips that have pictures, the first ones of the character.
+    pub clip_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// First byte of the colours in the `impostor_bytes` section, a multiple of 64; a PNG.
+    pub color_byte_offset: u64,
+    /// First byte of the normals there, a multiple of 64; a PNG of the same size.
+    pub normal_byte_offset: u64,
+    /// Bytes of the colours.
+    pub color_byte_count: u32,
+    /// Bytes of the normals.
+    pub normal_byte_count: u32,
+}
+
+impl ImpostorRecord {
+    /// Texels that the pictures are wide.
+    pub fn width(&self) -> u64 {
+        u64::from(self.tile_px) * u64::from(self.azimuth_count)
+    }
+
+    /// Texels that they are high.
+    pub fn height(&self) -> u64 {
+        let rows = u64::from(self.elevation_count).saturating_mul(self.poses());
+        u64::from(self.tile_px).saturating_mul(rows)
+    }
+
+    /// Poses of all clips.
+    pub fn poses(&self) -> u64 {
+        u64::from(self.pose_count) * u64::from(self.clip_count)
+    }
 }
 
 /// What the animation section stores of a joint.

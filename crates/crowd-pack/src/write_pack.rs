@@ -2,8 +2,8 @@
 
 use crate::check_contents::check_contents;
 use crate::check_manifest::encode_manifest;
-use crate::layout::{SECTIONS, align_up, join_sections};
-use crate::{Error, ImageRecord, PackContents, Result, WriteReport};
+use crate::layout::{SECTIONS, align_up, join_sections, section_count, version_of};
+use crate::{Error, ImageRecord, ImpostorRecord, PackContents, Result, WriteReport};
 use std::io::Write;
 use std::path::Path;
 
@@ -28,6 +28,26 @@ impl PackContents {
         self.images.len() as u32 - 1
     }
 
+    /// Adds the impostors of the next character: `shape` says what the pictures hold, its places are filled in. `color`, `normal`: whole
+    /// PNG files.
+    pub fn add_impostors(&mut self, shape: ImpostorRecord, color: &[u8], normal: &[u8]) {
+        let mut append = |encoded: &[u8]| {
+            self.impostor_bytes.resize(align_up(self.impostor_bytes.len()), 0);
+            let byte_offset = self.impostor_bytes.len() as u64;
+            self.impostor_bytes.extend_from_slice(encoded);
+            (byte_offset, encoded.len() as u32)
+        };
+        let (color_byte_offset, color_byte_count) = append(color);
+        let (normal_byte_offset, normal_byte_count) = append(normal);
+        self.impostors.push(ImpostorRecord {
+            color_byte_offset,
+            color_byte_count,
+            normal_byte_offset,
+            normal_byte_count,
+            ..shape
+        });
+    }
+
     /// The file's bytes. The same contents give the same bytes.
     ///
     /// # Errors
@@ -48,9 +68,10 @@ impl PackContents {
         let bytes = self.to_bytes()?;
         write_whole(path, &bytes).map_err(|source| Error::Io { path: path.to_owned(), source })?;
         let manifest_bytes = encode_manifest(&self.manifest)?;
-        let lengths = self.sections(&manifest_bytes).map(|section| section.len() as u64);
-        let sections = SECTIONS.iter().zip(lengths).map(|((name, _), bytes)| ((*name).to_owned(), bytes)).collect();
-        Ok(WriteReport { pack_bytes: bytes.len() as u64, sections })
+        let sections = self.sections(&manifest_bytes);
+        let written = &sections[..section_count(version_of(&sections))];
+        let named = SECTIONS.iter().zip(written).map(|((name, _), bytes)| ((*name).to_owned(), bytes.len() as u64));
+        Ok(WriteReport { pack_bytes: bytes.len() as u64, sections: named.collect() })
     }
 
     /// The sections' bytes in file order.
@@ -75,6 +96,8 @@ impl PackContents {
             cast_slice(&self.indices_16),
             cast_slice(&self.indices_32),
             cast_slice(&self.refit_vertices),
+            cast_slice(&self.impostors),
+            &self.impostor_bytes,
         ]
     }
 }

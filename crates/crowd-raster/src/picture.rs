@@ -55,6 +55,18 @@ pub fn encode_png(target: &Target) -> Vec<u8> {
     bytes
 }
 
+/// Writes texels as PNG bytes, alpha included, as small as PNG gets. No bytes where there are none, or not `width * height`.
+pub fn encode_texels(width: u32, height: u32, texels: &[[u8; 4]]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    if texels.is_empty() || texels.len() != width as usize * height as usize {
+        return bytes;
+    }
+    PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive)
+        .write_image(texels.as_flattened(), width, height, ExtendedColorType::Rgba8)
+        .expect("memory takes every byte, and there are width * height texels");
+    bytes
+}
+
 /// Sides of a JPEG, pixels.
 const LARGEST_JPEG_SIDE: u32 = 65_535;
 
@@ -108,6 +120,14 @@ mod tests {
         let again = decode_picture(&bytes).expect("our own JPEG");
         assert!(compare_images(&target, &again).expect("same size").max < 16);
         assert!(encode_jpeg(&Target::new(0, 5, [0; 4]), 90).is_empty());
+    }
+
+    #[test]
+    fn texels_keep_their_alpha() {
+        let texels: Vec<[u8; 4]> = (0..12).map(|i| [i, 2 * i, 255 - i, 20 * i]).collect();
+        let again = decode_picture(&encode_texels(4, 3, &texels)).expect("our own PNG");
+        assert_eq!((again.width, again.height, again.color), (4, 3, texels.clone()));
+        assert!(encode_texels(4, 4, &texels).is_empty());
     }
 
     #[test]

@@ -97,12 +97,18 @@ pub(crate) fn shade(batches: &[Batch<'_>], triangle: &ScreenTriangle, surface: &
         return encode_rgb(vertex_color(batch, corners, surface.barycentric).truncate());
     }
     let material = batch.material_of(corners);
+    let normal = || {
+        let normal = normal_at(batch, corners, material, surface);
+        if triangle.front { normal } else { -normal }
+    };
+    if batch.fill == Fill::Normal {
+        let [x, y, z] = normal().to_array().map(|c| (c * 127.0 + 128.5) as u8);
+        return [x, y, z, if material.unlit { 0 } else { 255 }];
+    }
     let base = Vec4::from(base_color(batch, triangle, surface)).truncate();
     let mut color = base;
-    if !material.unlit {
-        let normal = normal_at(batch, corners, material, surface);
-        let normal = if triangle.front { normal } else { -normal };
-        color = base * light::light_at(normal);
+    if !material.unlit && batch.fill != Fill::BaseColor {
+        color = base * light::light_at(normal());
     }
     if batch.fill == Fill::Wireframe {
         color = light::mix(color, WIRE_COLOR, WIRE_STRENGTH * wire_coverage(surface));

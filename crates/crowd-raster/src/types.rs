@@ -57,6 +57,10 @@ pub enum Fill {
     VertexColor,
     /// Shaded with the triangles' edges drawn over it.
     Wireframe,
+    /// Material and texture without light.
+    BaseColor,
+    /// Normals towards the eye's side: a number from -1 to 1 is a byte from 1 to 255. Alpha is 0 where light changes nothing, else 255.
+    Normal,
 }
 
 /// Triangles in world space with their attributes. Per-vertex slices have one entry per vertex.

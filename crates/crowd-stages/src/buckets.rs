@@ -1,8 +1,11 @@
 //! What index tables make possible: one bucket for each quantised level of each character, all drawn from two index buffers.
 
 use crate::cpu::surviving;
-use crate::dispatch::{DOT_LEVELS, DOT_VERTICES, ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT};
+use crate::dispatch::{
+    DOT_LEVELS, DOT_VERTICES, ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT, IMPOSTOR_TRIANGLES, IMPOSTOR_VERTICES,
+};
 use crate::dots::{DOT_COUNTS, dots_are_coarser};
+use crate::impostors::fade_level;
 use crate::points::{MOST_POINTS, POINT_COUNTS};
 use crate::{
     BucketCounts, BucketRecord, BucketSet, CrowdData, DiscreteConfig, Error, OriginRecord, PointRecord, Result,
@@ -11,8 +14,8 @@ use crowd_pack::{CharacterRecord, LevelRecord, LodRecord, VertexRecord};
 use glam::Vec3;
 
 /// Buckets of a crowd's characters: first all with 16-bit indices, character after character from coarse to fine, then those
-/// with 32-bit indices, and last five levels of dots a character (see `dots.rs`), or four of points (see `points.rs`), also with
-/// 32-bit indices.
+/// with 32-bit indices, then five levels of dots a character (see `dots.rs`), or four of points (see `points.rs`), also with
+/// 32-bit indices; and last, where the crowd has them, each character's impostor, and each character's coarsest mesh with its impostor.
 ///
 /// Only quantised levels have buckets; levels that someone asked for by name are for other programs. Each triangle begins at
 /// its least index, as in [`crate::cpu::reform_level`], so that both ways rasterise the very same triangles.
@@ -26,6 +29,10 @@ pub struct Buckets {
     pub count_16: u32,
     /// How many of them are meshes.
     pub mesh_count: u32,
+    /// The first impostor; all where there are none.
+    pub first_impostor: u32,
+    /// The first of impostors with the coarsest mesh.
+    pub first_fade: u32,
     /// Rows of the largest palette, three a joint.
     pub palette_rows: u32,
     /// Of each: no point of the level or of full detail is farther from the other, metres.
@@ -44,6 +51,10 @@ impl Buckets {
     pub fn of(data: &CrowdData) -> Result<Self> {
         let mut buckets = Self::of_meshes(data)?;
         data.characters.iter().for_each(|character| buckets.add_dots(character));
+        buckets.end_stand_ins();
+        if data.impostors.is_some() {
+            buckets.add_impostors(&data.characters);
+        }
         Ok(buckets)
     }
 
@@ -55,6 +66,7 @@ impl Buckets {
     pub fn with_points(data: &CrowdData, points: &[Option<Vec<PointRecord>>]) -> Result<Self> {
         let mut buckets = Self::of_meshes(data)?;
         buckets.add_points(&data.characters, points);
+        buckets.end_stand_ins();
         Ok(buckets)
     }
 
@@ -116,6 +128,44 @@ impl Buckets {
         }
     }
 
+    /// No impostors so far.
+    fn end_stand_ins(&mut self) {
+        self.first_impostor = self.records.len() as u32;
+        self.first_fade = self.first_impostor;
+    }
+
+    /// Impostors, then coarsest meshes with their impostors, from the vertices of [`crate::Impostors::vertices`]; those of characters that have
+    /// no more vertices than an impostor stay empty.
+    fn add_impostors(&mut self, characters: &[CharacterRecord]) {
+        let quad = self.indices_32.len() as u32;
+        self.indices_32.extend([0, 1, 2, 0, 2, 3]);
+        let mut both = Vec::new();
+        let mut vertex_offset = 0;
+        for (number, character) in (0..).zip(characters) {
+            let stands_in = character.min_vertex_count > IMPOSTOR_VERTICES;
+            let first_index = self.indices_32.len() as u32;
+            let mesh = self.triangles(self.at(number, 0));
+            let mesh = mesh.into_iter().flatten().map(|corner| IMPOSTOR_VERTICES + corner).filter(|_| stands_in);
+            self.indices_32.extend(mesh.collect::<Vec<_>>());
+            self.indices_32.extend(if stands_in { &[0, 1, 2, 0, 2, 3][..] } else { &[] });
+            let record = |first_index: u32, LodRecord { vertex_count, triangle_count }: LodRecord| BucketRecord {
+                vertex_count,
+                triangle_count,
+                first_index,
+                index_count: triangle_count * 3,
+                vertex_offset,
+                ..BucketRecord::default()
+            };
+            let alone = LodRecord { vertex_count: IMPOSTOR_VERTICES, triangle_count: IMPOSTOR_TRIANGLES };
+            let [alone, faded] = if stands_in { [alone, fade_level(character)] } else { [LodRecord::default(); 2] };
+            self.records.push(record(quad, alone));
+            both.push(record(first_index, faded));
+            vertex_offset += IMPOSTOR_VERTICES + character.min_vertex_count;
+        }
+        self.first_fade = self.records.len() as u32;
+        self.records.extend(both);
+    }
+
     /// Levels of points, which share one run of indices; those that are finer than full detail stay empty.
     fn add_points(&mut self, characters: &[CharacterRecord], points: &[Option<Vec<PointRecord>>]) {
         let first_index = self.indices_32.len() as u32;
@@ -171,6 +221,9 @@ impl Buckets {
             count_16: self.count_16,
             mesh_count: self.mesh_count,
             palette_rows: self.palette_rows,
+            first_impostor: self.first_impostor,
+            first_fade: self.first_fade,
+            ..BucketCounts::default()
         }
     }
 
@@ -183,6 +236,11 @@ impl Buckets {
     pub fn at(&self, character: u32, level: u32) -> u32 {
         let set = &self.sets[character as usize];
         if level < set.count_16 { set.first_16 + level } else { set.first_32 + level - set.count_16 }
+    }
+
+    /// Bucket of a character's impostor, alone or with the coarsest mesh, where the crowd has impostors.
+    pub fn impostor(&self, character: u32, fades: bool) -> u32 {
+        character + if fades { self.first_fade } else { self.first_impostor }
     }
 
     /// Bucket of the finest level of at most that many vertices, dots included, or of the coarsest.
@@ -384,6 +442,25 @@ mod tests {
         assert_eq!([0, 3, 4, 5, 9].map(|k| buckets.fitting(0, k)), [0, 0, 0, 3, 3]);
         let lods = buckets.quantized_lods(&data);
         assert_eq!(lods.iter().map(|l| l.vertex_count).collect::<Vec<_>>(), [3, 3, 3, 3, 3, 5, 3, 3, 3, 3, 4]);
+    }
+
+    #[test]
+    fn impostors_come_last_alone_and_with_the_coarsest_mesh() {
+        let mut data = data();
+        data.impostors = Some(Default::default());
+        data.characters[0].min_vertex_count = 5;
+        data.characters[0].min_triangle_count = 2;
+        data.level_sets[0] = LevelSetRecord { level_offset: 1, quantized_count: 1, ..Default::default() };
+        let buckets = Buckets::of(&data).expect("both characters have tables");
+        let counts = buckets.counts();
+        assert_eq!((counts.mesh_count, counts.first_impostor, counts.first_fade, counts.bucket_count), (3, 13, 15, 17));
+        assert_eq!([(0, false), (0, true), (1, true)].map(|(c, fades)| buckets.impostor(c, fades)), [13, 15, 16]);
+        assert_eq!(buckets.triangles(13), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(buckets.triangles(15), [[6, 8, 7], [4, 5, 8], [0, 1, 2], [0, 2, 3]]);
+        assert_eq!((buckets.records[15].vertex_count, buckets.records[15].vertex_offset), (9, 0));
+        // Three vertices are fewer than an impostor has.
+        assert_eq!((buckets.records[14].index_count, buckets.records[16].index_count), (0, 0));
+        assert_eq!(buckets.records[16].vertex_offset, 9);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A pack made ready for the stages: records as they lie, textures decoded into layers of one size.
 
 use crate::layers::decode_layers;
-use crate::{DrawnInstance, InstanceRecord, Technique};
+use crate::{DrawnInstance, Impostors, InstanceRecord, Technique};
 use crowd_pack::{
     AnimationLayout, CharacterRecord, ClipRecord, JointStorage, LevelRecord, LevelSetRecord, LodRecord, MaterialRecord,
     Pack, Texel, VertexRecord, stored_joint,
@@ -21,6 +21,14 @@ pub enum Error {
         /// Index in the image table.
         index: usize,
         /// The decoder's word.
+        problem: String,
+    },
+    /// An impostor's picture did not decode.
+    #[error("impostors {index} of the pack: {problem}")]
+    Impostor {
+        /// Index of the character.
+        index: usize,
+        /// What is wrong with it.
         problem: String,
     },
     /// The adapter's limits do not allow it.
@@ -168,6 +176,8 @@ pub struct CrowdData {
     pub layers: Vec<TextureLayer>,
     /// Side of a layer in pixels, a power of two.
     pub layer_side: u32,
+    /// Pictures for those who are a few pixels high, where the pack has them.
+    pub impostors: Option<Impostors>,
 }
 
 /// One decoded texture, resampled to the common size, with all mip levels down to 1 x 1.
@@ -204,6 +214,7 @@ impl CrowdData {
             materials: contents.materials.clone(),
             layers,
             layer_side,
+            impostors: Impostors::of_pack(contents)?,
         };
         match contents.manifest.animation_layout {
             AnimationLayout::Premultiplied3x4 => data.animation = contents.animation.clone(),

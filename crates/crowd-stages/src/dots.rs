@@ -29,22 +29,6 @@ pub(crate) fn dots_are_coarser(character: &CharacterRecord, dots: u32) -> bool {
     dots * DOT_VERTICES < character.min_vertex_count
 }
 
-/// Vertices that an instance has at least: of one dot where it may be dots, else of the coarsest mesh.
-///
-/// `area_px2`: of the instance; `dot_area_px2`: below which it may be dots.
-pub(crate) fn least_count(character: &CharacterRecord, area_px2: f32, dot_area_px2: f32) -> u32 {
-    if area_px2 < dot_area_px2 { character.min_vertex_count.min(DOT_VERTICES) } else { character.min_vertex_count }
-}
-
-/// What an instance takes of the budget at least: the same, or triangles where the budget counts those.
-pub(crate) fn least_spent(character: &CharacterRecord, area_px2: f32, config: &FrameConfig) -> u32 {
-    if config.budget_in == BudgetIn::Triangles as u32 {
-        let count = character.min_triangle_count;
-        return if area_px2 < config.dot_area_px2 { count.min(1) } else { count };
-    }
-    least_count(character, area_px2, config.dot_area_px2)
-}
-
 /// Corners of all dots of all characters: level after level as in [`DOT_COUNTS`], three corners a dot.
 pub fn dot_corners(data: &CrowdData) -> Vec<DotCorner> {
     let of = |number: usize| {

@@ -46,6 +46,23 @@ fn decode(bytes: &[u8]) -> image::ImageResult<RgbaImage> {
     Ok(reader.decode()?.into_rgba8())
 }
 
+/// A picture that has to be so large: nothing larger is decoded.
+pub(crate) fn decode_sized(bytes: &[u8], width: u32, height: u32) -> std::result::Result<Vec<[u8; 4]>, String> {
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(width);
+    limits.max_image_height = Some(height);
+    limits.max_alloc = Some(MAX_DECODE_BYTES);
+    let mut reader =
+        ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|problem| problem.to_string())?;
+    reader.limits(limits);
+    let picture = reader.decode().map_err(|problem| problem.to_string())?.into_rgba8();
+    let found = picture.dimensions();
+    if found != (width, height) {
+        return Err(format!("found {} x {} texels, its tiles need {width} x {height}", found.0, found.1));
+    }
+    Ok(picture.pixels().map(|pixel| pixel.0).collect())
+}
+
 impl TextureLayer {
     /// Resamples to `side` x `side` (a power of two) and makes the mip levels.
     pub fn from_image(image: RgbaImage, side: u32) -> Self {
@@ -66,13 +83,13 @@ impl TextureLayer {
 }
 
 /// sRGB to linear by table, and back by searching the middles between neighbours: exact rounding without a power.
-struct LightTable {
+pub(crate) struct LightTable {
     linear: [f32; 256],
     middles: [f32; 255],
 }
 
 impl LightTable {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let decode = |value: f32| match value <= 0.04045 {
             true => value / 12.92,
             false => libm::powf((value + 0.055) / 1.055, 2.4),
@@ -87,6 +104,11 @@ impl LightTable {
         self.middles.partition_point(|middle| *middle <= linear) as u8
     }
 
+    /// Of four numbers, taken as light.
+    pub(crate) fn mean(&self, block: [u8; 4]) -> u8 {
+        self.encode(block.iter().map(|value| self.linear[usize::from(*value)]).sum::<f32>() * 0.25)
+    }
+
     fn halve(&self, finer: &[[u8; 4]], side: usize) -> Vec<[u8; 4]> {
         let half = side / 2;
         let mut coarser = Vec::with_capacity(half * half);
@@ -94,8 +116,7 @@ impl LightTable {
             for x in 0..half {
                 let corner = y * 2 * side + x * 2;
                 let block = [finer[corner], finer[corner + 1], finer[corner + side], finer[corner + side + 1]];
-                let color =
-                    |c: usize| self.encode(block.iter().map(|t| self.linear[t[c] as usize]).sum::<f32>() * 0.25);
+                let color = |c: usize| self.mean(block.map(|texel| texel[c]));
                 let alpha = (block.iter().map(|t| u32::from(t[3])).sum::<u32>() + 2) / 4;
                 coarser.push([color(0), color(1), color(2), alpha as u8]);
             }

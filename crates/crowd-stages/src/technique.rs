@@ -199,6 +199,8 @@ pub struct DrawOptions {
     pub fit: Fit,
     /// Vertices of [`Technique::Bucketed`] stay at their level's places, so that levels change at once.
     pub no_morph: bool,
+    /// [`Technique::Bucketed`] draws nobody as their impostor, whatever the frame's `impostor_area_px2` says.
+    pub no_impostors: bool,
     /// [`Technique::Bucketed`] leaves out whom others hide: two-phase occlusion culling, see [`Self::occludes`].
     pub occlusion: bool,
     /// Where [`Technique::Bucketed`] works out its vertices.
@@ -259,7 +261,7 @@ impl DrawOptions {
         }
     }
 
-    /// Whether characters a few pixels high may be dots.
+    /// Whether characters a few pixels high may be dots, or impostors where the crowd has them.
     pub fn has_dots(&self) -> bool {
         self.technique == Technique::Bucketed && self.fit == Fit::Fill
     }

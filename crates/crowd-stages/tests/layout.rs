@@ -6,7 +6,7 @@ use crowd_stages::gpu::{self, ANIMATION_HEIGHT, ANIMATION_WIDTH};
 use crowd_stages::{
     BoidRecord, BoidTraits, BucketCounts, BucketPlace, BucketRange, BucketRecord, BucketSet, BudgetIn, Capacities,
     Cascade, CascadeStep, CullRecord, DiscreteConfig, DispatchArgs, DrawArgs, DrawConfig, DrawCounts, DrawnInstance,
-    FeedConfig, FeedState, FillState, FlockConfig, FrameConfig, FrameTotals, GaitClipRecord, InstanceBase,
+    FeedConfig, FeedState, FillState, FlockConfig, FrameConfig, FrameTotals, GaitClipRecord, ImpostorSheet, InstanceBase,
     InstanceRecord, LodChoice, MarkConfig, MorphRecord, MotionRecord, MotionSchedule, MotionStretch, MoverRecord,
     OriginRecord, PoseCounts, PyramidConfig, PyramidLevel, PyramidStep, ROOT_PATH_POINTS, SUN_DIRECTION, ShadowConfig,
     SightTally, SkinnedVertex, SortPass, SortedBoid, View, Weight, WeightSums, cpu, dispatch, overflow, sight,
@@ -111,7 +111,7 @@ fn rust_layouts() -> Vec<Layout> {
             slack,
             water_before_bits,
             fog_per_m,
-            reserved_b,
+            impostor_area_px2,
         }),
         layout!(CullRecord { visible, weight, area_px2, distance_m }),
         layout!(WeightSums {
@@ -171,7 +171,17 @@ fn rust_layouts() -> Vec<Layout> {
             index_count
         }),
         layout!(BucketSet { first_16, count_16, first_32, level_count }),
-        layout!(BucketCounts { bucket_count, count_16, mesh_count, palette_rows }),
+        layout!(BucketCounts {
+            bucket_count,
+            count_16,
+            mesh_count,
+            palette_rows,
+            first_impostor,
+            first_fade,
+            reserved_a,
+            reserved_b,
+        }),
+        layout!(ImpostorSheet { tile_px, azimuth_count, elevation_count, poses_a_layer }),
         layout!(MorphRecord { coarser_vertex_count, fraction }),
         layout!(OriginRecord { position, normal_oct, uv, color, vertex, joints, weights }),
         layout!(DrawnInstance {
@@ -197,7 +207,7 @@ fn rust_layouts() -> Vec<Layout> {
         layout!(BucketPlace { vertex_base, first, vertex_count, vertex_offset }),
         layout!(DispatchArgs { x, y, z }),
         layout!(BucketRange { first, end }),
-        layout!(DrawCounts { count_16, count_32, dot_count, reserved }),
+        layout!(DrawCounts { count_16, count_32, dot_count, impostor_count, fade_count }),
         layout!(SortPass { shift, bits, is_first, reserved }),
         layout!(FlockConfig {
             boid_count,
@@ -366,7 +376,8 @@ fn structs_have_the_same_sizes_and_offsets() {
     let own =
         ["FramePair", "Surface", "MeshVertex", "MeshOrigin", "Owner", "Moved", "Dot", "PointSurface", "ShadowPlace"]
             .len();
-    assert_eq!(structs - own, rust_layouts().len(), "each struct of records.wgsl has its Rust record");
+    let of_impostors = ["ImpostorSurface", "FadingSurface", "Masked"].len();
+    assert_eq!(structs - own - of_impostors, rust_layouts().len(), "each struct of records.wgsl has its Rust record");
 }
 
 #[test]
@@ -392,6 +403,8 @@ fn constants_are_the_same() {
         ("DOT_LEVELS", dispatch::DOT_LEVELS),
         ("DOT_VERTICES", dispatch::DOT_VERTICES),
         ("POINT_LEVELS", dispatch::POINT_LEVELS),
+        ("IMPOSTOR_VERTICES", dispatch::IMPOSTOR_VERTICES),
+        ("IMPOSTOR_TRIANGLES", dispatch::IMPOSTOR_TRIANGLES),
         ("SORT_BLOCK_SIZE", 1 << dispatch::MAX_DIGIT_BITS),
         ("OVERFLOW_BUDGET", overflow::BUDGET),
         ("OVERFLOW_VERTICES", overflow::VERTICES),
@@ -429,6 +442,8 @@ fn constants_are_the_same() {
     for (name, rust) in numbers {
         assert_eq!(constant_difference(&module, name, &[f64::from(rust)]), None);
     }
+    let fade = f64::from(crowd_stages::IMPOSTOR_FADE);
+    assert_eq!(constant_difference(&module, "IMPOSTOR_FADE", &[fade]), None);
     assert!(constant_difference(&module, "BLOCK_SIZE", &[128.0]).is_some(), "the comparison can fail");
     let module = parse(&gpu::HoldPoses::source());
     let seconds = [

@@ -3,6 +3,7 @@
 use crate::bake::{BakedCharacter, warning_sentence};
 use crate::bake_levels::{BakedLevel, BakedLevels};
 use crate::error::{BakeError, Cause, Step};
+use crate::impostors::BakedImpostors;
 use crate::measure_levels::SAMPLES_PER_FRAME;
 use crate::plan::criteria_name;
 use crate::views::QuantizedMesh;
@@ -32,6 +33,13 @@ pub fn assemble(characters: &[BakedCharacter], layout: AnimationLayout) -> Resul
         pack.add_character(baked, layout).map_err(|cause| BakeError::of(Step::Assemble, &baked.name, cause))?;
     }
     Ok(pack.contents)
+}
+
+/// Adds impostors to a pack, one entry a character.
+pub fn add_impostors(contents: &mut PackContents, impostors: &[BakedImpostors]) {
+    for one in impostors {
+        contents.add_impostors(one.shape, &one.color, &one.normal);
+    }
 }
 
 /// The pack so far, and where shared things lie in it.

@@ -94,6 +94,8 @@ Inputs:
       [defaults]                    # all keys are optional
       fps = 30
       criteria = \"wedge\"            # or \"peng2011\"
+      [pack]
+      impostors = 16                # also animation_layout
       [[characters]]
       source = \"knight.glb\"
       name = \"knight\"               # default: the file's stem
@@ -229,6 +231,15 @@ pub(crate) fn parse_animation_error(text: &str) -> Result<f32, String> {
     }
 }
 
+/// Texels of a tile's side; 0 for none.
+pub(crate) fn parse_impostors(text: &str) -> Result<u32, String> {
+    match text.trim().parse::<u32>() {
+        Ok(0) => Ok(0),
+        Ok(px) if px.is_power_of_two() && (8..=crowd_pack::limits::IMPOSTOR_TILE_PX).contains(&px) => Ok(px),
+        _ => Err(format!("found {text}, allowed 8, 16, 32, 64 or 128, or 0 for none")),
+    }
+}
+
 /// Which frames count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FramesWord {
@@ -286,6 +297,11 @@ pub struct BakeArgs {
     /// How the pack stores a joint's matrix [default: 3x4].
     #[arg(long, value_enum, value_name = "LAYOUT", help_heading = "How to bake")]
     pub animation_layout: Option<LayoutWord>,
+    /// Draw each character small from around, PX texels (a power of two from 8 to 128) a picture, at up to eight moments of a clip: `crowdplay
+    /// --impostors` then shows those who are a few pixels high as one such picture. 16 texels do for people of 15 pixels; twice as many
+    /// take three times the bytes. 0: none [default: 0, or 16 without PX].
+    #[arg(long, value_parser = parse_impostors, num_args = 0..=1, default_missing_value = "16", value_name = "PX", help_heading = "How to bake")]
+    pub impostors: Option<u32>,
     /// Refuse a character whose file had to be repaired (what the import warns of, triangles left out), or whose levels do not
     /// reach a share asked for (exit code 5).
     #[arg(long, help_heading = "How to bake")]

@@ -93,6 +93,9 @@ fn bake(args: &BakeArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> Result<u8,
     let started = Instant::now();
     let mut plan = make_plan(&args.inputs, &args.options, args.animation_layout);
     plan.ask_for_levels(&args.levels);
+    if let Some(tile_px) = args.impostors {
+        plan.impostors_px = tile_px;
+    }
     refuse_many_levels(&plan)?;
     let mut code = say_plan(&plan, talk);
     let outputs: Vec<&Path> = std::iter::once(&args.output).chain(&args.report).map(PathBuf::as_path).collect();
@@ -166,7 +169,15 @@ fn write_pack(
     if baked.is_empty() {
         return Err(BakeError::whole(Step::Assemble, Cause::NothingBaked { count: tried }));
     }
-    let contents = crate::assemble::assemble(baked, plan.animation_layout)?;
+    let mut contents = crate::assemble::assemble(baked, plan.animation_layout)?;
+    if plan.impostors_px > 0 {
+        let since = Instant::now();
+        let impostors = crate::impostors::bake_impostors(&contents, plan.impostors_px)?;
+        crate::assemble::add_impostors(&mut contents, &impostors);
+        let (px, bytes) = (plan.impostors_px, contents.impostor_bytes.len() as u64);
+        let seconds = since.elapsed().as_secs_f64();
+        talk.note(format_args!("impostors of {px} texels: {} bytes, {seconds:.1} s", crate::inspect::grouped(bytes)));
+    }
     let written: WriteReport = contents.write(&args.output).map_err(|error| BakeError::whole(Step::Write, error))?;
     talk.note(format_args!(
         "{}: {} character(s), {} bytes",

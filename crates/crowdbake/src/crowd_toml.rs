@@ -44,6 +44,8 @@ pub struct Settings {
 pub struct CrowdToml {
     /// How matrices are stored.
     pub animation_layout: Option<AnimationLayout>,
+    /// Texels of an impostor's side; 0 for none.
+    pub impostors_px: Option<u32>,
     /// Source (relative to the manifest) and settings of each character, the defaults filled in.
     pub characters: Vec<(PathBuf, Settings)>,
 }
@@ -99,7 +101,11 @@ pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
     let Value::Array(characters) = characters else {
         return wrong("characters", format!("found {}, allowed [[characters]] tables", kind(characters)));
     };
-    let mut read = CrowdToml { animation_layout: read_layout(&table)?, characters: Vec::new() };
+    let mut read = CrowdToml {
+        animation_layout: read_layout(&table)?,
+        impostors_px: read_impostors(&table)?,
+        characters: Vec::new(),
+    };
     for (index, value) in characters.iter().enumerate() {
         let key = format!("characters[{index}]");
         let character = expect_table(value, &key)?;
@@ -139,13 +145,18 @@ pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
 fn read_layout(table: &Table) -> Result<Option<AnimationLayout>, Wrong> {
     let Some(pack) = table.get("pack") else { return Ok(None) };
     let pack = expect_table(pack, "pack")?;
-    expect_keys(pack, "pack.", &["animation_layout"])?;
+    expect_keys(pack, "pack.", &["animation_layout", "impostors"])?;
     match read_text(pack, "pack", "animation_layout")?.as_deref() {
         None => Ok(None),
         Some("3x4") => Ok(Some(AnimationLayout::Premultiplied3x4)),
         Some("4x4") => Ok(Some(AnimationLayout::Split4x4)),
         Some(other) => wrong("pack.animation_layout", format!("found \"{other}\", allowed \"3x4\" or \"4x4\"")),
     }
+}
+
+fn read_impostors(table: &Table) -> Result<Option<u32>, Wrong> {
+    let Some(value) = table.get("pack").and_then(|pack| pack.get("impostors")) else { return Ok(None) };
+    crate::cli::parse_impostors(&value.to_string()).map(Some).or_else(|problem| wrong("pack.impostors", problem))
 }
 
 fn read_settings(table: &Table, key: &str) -> Result<Settings, Wrong> {
@@ -338,7 +349,8 @@ pub fn write(plan: &Plan) -> String {
         AnimationLayout::Split4x4 => "4x4",
     };
     let mut out = format!(
-        "# Paths are relative to this file.\n\n[pack]\nanimation_layout = {}  # 3x4 or 4x4\n\n[defaults]\nfps = {:?}\n\
+        "# Paths are relative to this file.\n\n[pack]\nanimation_layout = {}  # 3x4 or 4x4\n\
+         impostors = {}  # texels of small pictures for far characters: 8 to 128, 0 for none\n\n[defaults]\nfps = {:?}\n\
          criteria = {}  # wedge or peng2011\n# clips = [\"Idle\", \"Walk*\"]  # default: all\n\
          frames = {}  # auto, all or bind\n# clip_weights = {{ Walk = 2.0 }}  # default: all count alike\n\
          # attribute_weights = {{ uv = 2.0 }}  # uv, normal, color, layers; default: 1\n\
@@ -346,6 +358,7 @@ pub fn write(plan: &Plan) -> String {
          # coarsest = \"0.5%\"  # where the continuous detail ends: triangles, a share, or \"last\"; default: where it is useful\n\
          # animation_storage = \"quantized\"  # auto, f32, f16 or quantized; animation_error = 0.1, in percent of the height\n",
         text(layout),
+        plan.impostors_px,
         crate::cli::DEFAULT_FPS,
         text(criteria_name(Criteria::default())),
         text(frames_name(FrameChoice::default())),

@@ -53,6 +53,10 @@ pub(crate) enum Look<'a> {
     Edges,
     /// Linear colours, one a vertex, and light.
     Painted(&'a [[u8; 4]]),
+    /// Materials without light.
+    BaseColors,
+    /// Normals as bytes, see [`Fill::Normal`].
+    Normals,
 }
 
 /// A character in a pose, seen by a camera.
@@ -73,6 +77,8 @@ impl Scene<'_> {
         let clay;
         let (fill, colors, materials): (Fill, &[[u8; 4]], &[Material]) = match look {
             Look::Textured => (Fill::Shaded, &self.shown.colors, &surfaces.materials),
+            Look::BaseColors => (Fill::BaseColor, &self.shown.colors, &surfaces.materials),
+            Look::Normals => (Fill::Normal, &self.shown.colors, &surfaces.materials),
             Look::TexturedEdges => (Fill::Wireframe, &self.shown.colors, &surfaces.materials),
             Look::Edges => {
                 clay = vec![CLAY; self.posed.positions.len()];

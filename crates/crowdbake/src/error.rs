@@ -37,6 +37,8 @@ pub enum Step {
     Levels,
     /// Turn results into records.
     Assemble,
+    /// Draw impostors.
+    Impostors,
     /// Write the output.
     Write,
     /// Read a pack.
@@ -64,6 +66,7 @@ impl Step {
             Self::Bound => "bound",
             Self::Levels => "levels",
             Self::Assemble => "assemble",
+            Self::Impostors => "impostors",
             Self::Write => "write",
             Self::Read => "read",
             Self::ChooseLevel => "choose-level",

@@ -76,6 +76,8 @@ pub struct CharacterInspection {
     pub measured: Vec<MeasuredInspection>,
     /// How its animation is stored; of packs only.
     pub animation: Option<AnimationInspection>,
+    /// Its impostors; of packs that have them.
+    pub impostors: Option<ImpostorInspection>,
     /// Discrete levels, finest first; of packs only.
     pub discrete: Vec<DiscreteInspection>,
     /// Bytes of the index tables and refitted vertices; of packs only.
@@ -103,6 +105,21 @@ pub struct AnimationInspection {
     pub papers_bytes: u64,
     /// Bytes of the sampled frames in a texture of posed vertices, 8 a vertex (position and normal at 16 bits, as the smallest such textures have).
     pub vertex_texture_bytes: u64,
+}
+
+/// Impostors of a character.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct ImpostorInspection {
+    /// Texels that a tile is wide and high.
+    pub tile_px: u32,
+    /// Directions: around and upwards.
+    pub directions: [u32; 2],
+    /// Clips that have pictures.
+    pub clips: u32,
+    /// Moments of a clip.
+    pub poses_a_clip: u32,
+    /// Bytes of the pictures.
+    pub bytes: u64,
 }
 
 /// Seams and classes at full detail (Peng 2011, section 4.2).
@@ -352,6 +369,13 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
         discrete: discrete.collect(),
         table_bytes: Some(table_bytes(character)),
         animation: Some(inspect_animation(character)),
+        impostors: character.impostors().map(|record| ImpostorInspection {
+            tile_px: record.tile_px,
+            directions: [record.azimuth_count, record.elevation_count],
+            clips: record.clip_count,
+            poses_a_clip: record.pose_count,
+            bytes: u64::from(record.color_byte_count) + u64::from(record.normal_byte_count),
+        }),
         blocked: Some(Blocked { fixed: b.fixed, seam: b.seam, topology: b.topology, flip: b.flip, ended: b.ended }),
         warnings: manifest.warnings.clone(),
     }
@@ -525,6 +549,7 @@ fn inspect_raw(raw: &RawCharacter, seams: &SeamReport, path: &Path) -> Character
         discrete: Vec::new(),
         table_bytes: None,
         animation: None,
+        impostors: None,
         blocked: None,
         warnings: raw.warnings.iter().map(warning_sentence).collect(),
     }
@@ -633,6 +658,17 @@ fn write_character(out: &mut String, character: &CharacterInspection) {
     }
     if let Some(animation) = c.animation {
         let _ = writeln!(out, "  animation     {}", animation.words());
+    }
+    if let Some(i) = c.impostors {
+        let [around, up] = i.directions;
+        let _ = writeln!(
+            out,
+            "  impostors     {} texels, {around} directions around, {up} up, {} poses of each of {} clip(s), {} bytes",
+            i.tile_px,
+            i.poses_a_clip,
+            i.clips,
+            grouped(i.bytes)
+        );
     }
     for clip in &c.clips {
         let _ = write!(out, "  clip          {}: {:.2} s", clip.name, clip.duration_s);

@@ -18,6 +18,7 @@ pub mod export;
 mod gather_primitives;
 mod glb;
 mod heat;
+pub mod impostors;
 pub mod inspect;
 mod label;
 pub mod lod_target;

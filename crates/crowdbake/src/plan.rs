@@ -25,6 +25,8 @@ pub struct Plan {
     pub entries: Vec<PlanEntry>,
     /// How matrices are stored.
     pub animation_layout: AnimationLayout,
+    /// Texels of an impostor's side; 0 for none.
+    pub impostors_px: u32,
     /// Inputs that name no character.
     pub refused: Vec<BakeError>,
     /// What people should know: names made unique, files named twice.
@@ -278,6 +280,7 @@ fn expand_manifest(path: &Path, plan: &mut Plan) -> Result<Vec<Found>, PlanError
             }
         }
     }
+    plan.impostors_px = plan.impostors_px.max(manifest.impostors_px.unwrap_or(0));
     let folder = path.parent().unwrap_or(Path::new(""));
     let characters = manifest.characters.into_iter();
     Ok(characters.map(|(source, settings)| Found { path: folder.join(source), settings }).collect())

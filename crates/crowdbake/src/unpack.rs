@@ -7,8 +7,8 @@ use crate::plan::PlanEntry;
 use crate::pose::Mat3x4;
 use crate::store_animation::animation_bytes;
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, LevelRecord, LevelSetRecord, LodRecord, MAGIC, ManifestCharacter,
-    MaterialRecord, Pack, PackContents, SPLIT_JOINT_BYTES, VertexRecord, stored_frames,
+    AnimationLayout, CharacterRecord, ClipRecord, ImpostorRecord, LevelRecord, LevelSetRecord, LodRecord, MAGIC,
+    ManifestCharacter, MaterialRecord, Pack, PackContents, SPLIT_JOINT_BYTES, VertexRecord, stored_frames,
 };
 use glam::{Mat4, Quat, Vec3};
 use std::io::Read;
@@ -133,6 +133,11 @@ impl<'a> Unpacked<'a> {
             weights: vertices.iter().map(VertexRecord::weights_f32).collect(),
             index,
         }
+    }
+
+    /// Its impostors, where the pack has them.
+    pub fn impostors(&self) -> Option<&'a ImpostorRecord> {
+        self.contents.impostors.get(self.index)
     }
 
     /// Levels in geometric steps, coarsest first.

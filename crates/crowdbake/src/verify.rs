@@ -6,7 +6,7 @@ use crate::measure_levels::{LevelShape, MeasuredFrames, measure_levels};
 use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crate::pose::{Mat3x4, pose_positions};
 use crate::unpack::Unpacked;
-use crowd_pack::{LevelRecord, LodRecord, ManifestMeasured, PackContents, vertex_class};
+use crowd_pack::{ImpostorRecord, LevelRecord, LodRecord, ManifestMeasured, PackContents, vertex_class};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -37,6 +37,9 @@ pub struct Check {
 /// Checks every character of a pack that opened. `level_count`: levels looked at for each character.
 pub fn verify(contents: &PackContents, level_count: usize) -> Vec<Check> {
     let mut checks = vec![check_images(contents)];
+    if !contents.impostors.is_empty() {
+        checks.push(check_impostors(contents));
+    }
     for index in 0..contents.characters.len() {
         let character = Unpacked::new(contents, index);
         let levels = spread_levels(&character, level_count);
@@ -71,6 +74,32 @@ fn check_images(contents: &PackContents) -> Check {
         Err(problem) => (false, problem),
     };
     Check { character: String::new(), check: "images-decode", passed, detail }
+}
+
+/// Impostors decode to pictures of the size that their tiles need.
+fn check_impostors(contents: &PackContents) -> Check {
+    let decode = |(index, record): (usize, &ImpostorRecord)| {
+        let places = [
+            (record.color_byte_offset, record.color_byte_count),
+            (record.normal_byte_offset, record.normal_byte_count),
+        ];
+        for (start, count) in places {
+            let bytes = &contents.impostor_bytes[start as usize..][..count as usize];
+            let picture = crowd_raster::decode_picture(bytes).map_err(|error| format!("impostors {index}: {error}"))?;
+            let found = [picture.width, picture.height].map(u64::from);
+            if found != [record.width(), record.height()] {
+                let promised = [record.width(), record.height()];
+                return Err(format!("impostors {index}: found {found:?} texels, promised {promised:?}"));
+            }
+        }
+        Ok(record.poses() * u64::from(record.azimuth_count * record.elevation_count))
+    };
+    let result: Result<Vec<u64>, String> = contents.impostors.par_iter().enumerate().map(decode).collect();
+    let (passed, detail) = match result {
+        Ok(tiles) => (true, format!("{} tile(s) decode", tiles.iter().sum::<u64>())),
+        Err(problem) => (false, problem),
+    };
+    Check { character: String::new(), check: "impostors-decode", passed, detail }
 }
 
 /// The coarsest, the finest, and some between, evenly by their number.

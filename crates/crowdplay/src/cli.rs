@@ -9,6 +9,9 @@ use std::path::PathBuf;
 /// `--dots` unless given.
 pub const DOTS_PX: f32 = 12.0;
 
+/// `--impostors` unless given.
+pub const IMPOSTORS_PX: f32 = 12.0;
+
 /// `--fade` unless given.
 pub const FADE_S: f32 = 0.3;
 
@@ -199,6 +202,12 @@ pub struct Args {
     /// bucketed with --fit fill and --lod-metric size)
     #[arg(long, default_value_t = DOTS_PX, value_name = "PX", value_parser = dots_px, help_heading = "Level of detail")]
     pub dots: f32,
+
+    /// Height in pixels below which somebody is drawn as one small picture of two triangles, where the pack has such (crowdbake bake
+    /// --impostors); up to a quarter more they cross over from the coarsest mesh. 0: never. Where the budget is short, those below --dots are one
+    /// dot instead (technique bucketed with --fit fill and --lod-metric size)
+    #[arg(long, default_value_t = IMPOSTORS_PX, value_name = "PX", value_parser = dots_px, help_heading = "Level of detail")]
+    pub impostors: f32,
 
     /// Bucketed levels change at once instead of moving over into each other
     #[arg(long, help_heading = "Level of detail")]

@@ -34,11 +34,11 @@ impl CpuLevels {
         Ok(Self { buckets, quantized_lods, error_lods, points: OnceLock::new() })
     }
 
-    /// The levels that the technique would draw; how they are submitted does not matter here. Dots are the GPU's: here everyone keeps a
+    /// The levels that the technique would draw; how they are submitted does not matter here. Dots and impostors are the GPU's: here everyone keeps a
     /// mesh.
     pub fn select(&self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> cpu::CpuFrame {
         let Crowd { data, instances, .. } = crowd;
-        let config = &FrameConfig { dot_area_px2: 0.0, ..*config };
+        let config = &FrameConfig { dot_area_px2: 0.0, impostor_area_px2: 0.0, ..*config };
         let by_error = config.weight == Weight::Error as u32;
         match options.technique {
             Technique::PseudoInstancing => cpu::select_full_detail(data, instances, config),

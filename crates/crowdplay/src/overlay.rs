@@ -32,6 +32,8 @@ pub struct Knobs {
     pub draw: DrawOptions,
     /// Pixels of error that should hold.
     pub max_px: Option<f32>,
+    /// Height below which somebody is their impostor, pixels.
+    pub impostors_px: f32,
     /// Height below which somebody may be dots, pixels.
     pub dots_px: f32,
     /// How far one sees in fog, metres; 0: no fog.
@@ -288,6 +290,8 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
             ui.selectable_value(&mut knobs.draw.no_morph, true, "jump");
         });
         ui.add(Slider::new(&mut knobs.dots_px, 0.0..=64.0).text("dots below px"));
+        ui.add(Slider::new(&mut knobs.impostors_px, 0.0..=64.0).text("impostors below px"))
+            .on_hover_text("Where the pack has them (crowdbake bake --impostors)");
     }
     if let Some(choice) = readings.skinning.as_ref().filter(|_| knobs.draw.technique == Technique::Bucketed) {
         ui.horizontal(|ui| {

@@ -186,6 +186,8 @@ pub struct DetailPlan {
     pub max_px: Option<f32>,
     /// What a frame may take, milliseconds.
     pub target_ms: Option<f32>,
+    /// Height below which somebody is their impostor, where the pack has them, pixels; 0: nobody.
+    pub impostors_px: f32,
     /// Height below which somebody may be dots, pixels; 0: nobody.
     pub dots_px: f32,
     /// How far one sees in fog, metres; 0: no fog.
@@ -442,6 +444,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
             },
             max_px: args.max_px,
             target_ms: args.target_ms,
+            impostors_px: args.impostors,
             dots_px: args.dots,
             sight_m: args.fog,
             draw: DrawOptions {
@@ -451,6 +454,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
                     FitWord::Eq1 => Fit::Plain,
                 },
                 no_morph: args.no_morph,
+                no_impostors: false,
                 occlusion: args.occlusion == Switch::On,
                 skinning: args.skinning.skinning(),
                 shadows: args.shadows,

@@ -5,7 +5,7 @@ use crate::crowd::{Bounds, Crowd};
 use crate::plan::{CameraPlan, CameraWay, DetailPlan};
 use crate::{Error, Result};
 use crowd_scene::{Camera, CameraPath};
-use crowd_stages::{FrameConfig, FrameView, dot_area_px2};
+use crowd_stages::{FrameConfig, FrameView, dot_area_px2 as area_of_height};
 use glam::Vec3;
 use std::path::Path;
 
@@ -140,9 +140,11 @@ pub fn frame_config(camera: &Camera, size: [u32; 2], time_s: f32, detail: &Detai
         PoseRates::FarM(metres) => (metres, 0.0),
         PoseRates::Px(px) => (0.0, px),
     };
-    let dot_area_px2 = dot_area_px2(detail.dots_px);
+    let dot_area_px2 = area_of_height(detail.dots_px);
     let slack = (f64::from(budget) * f64::from(detail.slack_share)) as u32;
     let budget_in = detail.budget_in as u32;
+    let impostor_area_px2 = area_of_height(detail.impostors_px);
     let fog_per_m = if detail.sight_m > 0.0 { FOG_AT_SIGHT / detail.sight_m } else { 0.0 };
-    FrameConfig { lod_depths_m, dot_area_px2, hold_far_m, hold_px, budget_in, slack, fog_per_m, ..config }
+    let config = FrameConfig { lod_depths_m, dot_area_px2, impostor_area_px2, hold_far_m, hold_px, ..config };
+    FrameConfig { budget_in, slack, fog_per_m, ..config }
 }

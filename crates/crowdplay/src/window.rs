@@ -253,6 +253,7 @@ impl Running {
             weight: detail.weight,
             draw: detail.draw,
             max_px: detail.max_px,
+            impostors_px: detail.impostors_px,
             dots_px: detail.dots_px,
             sight_m: detail.sight_m,
             motion: crowd.schedules.as_ref().map(|_| true),
@@ -463,7 +464,7 @@ impl Running {
 
     fn detail(&self) -> DetailPlan {
         let Knobs {
-            budget, budget_in, steady_percent, alpha, weight, draw, max_px, dots_px, sight_m, target_ms, ..
+            budget, budget_in, steady_percent, alpha, weight, draw, max_px, dots_px, impostors_px, sight_m, target_ms, ..
         } = self.knobs;
         DetailPlan {
             budget: Some(budget),
@@ -475,6 +476,7 @@ impl Running {
             max_px,
             dots_px,
             sight_m,
+            impostors_px,
             target_ms,
             pose_rates: self.pose_rates,
             lod_depths_m: self.lod_depths_m,

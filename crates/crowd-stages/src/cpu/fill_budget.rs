@@ -1,7 +1,7 @@
 //! The budget is spent: water rises over the crowd until its vertices, or its triangles, are N.
 
 use crate::dispatch::{ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT, FILL_CANDIDATES};
-use crate::dots::least_count;
+use crate::impostors::{impostor_level, least_count};
 use crate::{BudgetIn, CrowdData, CullRecord, FillState, FrameConfig, InstanceRecord, LodChoice, Weight, WeightSums};
 use crowd_pack::LodRecord;
 
@@ -30,6 +30,8 @@ const CANDIDATES: usize = FILL_CANDIDATES as usize;
 /// coarsest quantised level whose bound is at most `1 / (weight * water)` metres, from the error tables. So one threshold in
 /// pixels holds for all, the smallest that the budget allows (but for full detail, which has no better).
 ///
+/// Whoever is below `config.impostor_area_px2` is their impostor, whatever the water, and takes no more of the budget.
+///
 /// `lods`: the LOD tables, the data's, those of quantised levels only, with dots
 /// ([`crate::Buckets::quantized_lods`]), or [`crate::Buckets::error_lods`]. `culled`: one per instance. Sets `wanted_count` of
 /// `sums` to what Eq. 1 as printed comes to, levels looked up. Returns one choice per instance.
@@ -51,7 +53,10 @@ pub fn fill_budget(
         if config.weight == Weight::Error as u32 {
             return lods[error_entry(instances[i].character, product)];
         }
-        let least = least_count(character, culled[i].area_px2, config.dot_area_px2);
+        if let Some(level) = impostor_level(character, culled[i].area_px2, product, config) {
+            return level;
+        }
+        let least = least_count(character, culled[i].area_px2, config);
         let k = product.min(character.vertex_count as f32).max(least as f32);
         lods[(character.lod_offset + k as u32) as usize]
     };

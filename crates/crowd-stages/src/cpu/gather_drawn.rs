@@ -30,6 +30,12 @@ pub fn gather_drawn(
         let drawn = drawn_instance(data, &instances[*i as usize], morphs[*i as usize], time_s);
         // Dots read their few joints from the frames.
         let row_count = if *key < buckets.mesh_count { drawn.row_count } else { 0 };
+        if *key >= buckets.first_impostor {
+            // An impostor is of one clip, and its pixels are thinned by its number.
+            let instance = &instances[*i as usize];
+            let clip = if instance.leaving_share > 0.5 { instance.left_clip() } else { instance.clip };
+            return DrawnInstance { vertex_base: clip, palette_row: *i, row_count, ..drawn };
+        }
         DrawnInstance { vertex_base, palette_row, row_count, ..drawn }
     };
     drawn.map(one).collect()

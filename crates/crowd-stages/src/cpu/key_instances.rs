@@ -1,9 +1,12 @@
 //! Which bucket each instance is drawn from, and how far it is on the way there.
 
+use crate::dispatch::{DOT_VERTICES, IMPOSTOR_VERTICES};
+use crate::impostors::{impostor_share, stands_in};
 use crate::{Buckets, CullRecord, FillState, FrameConfig, InstanceRecord, LodChoice, MorphRecord};
 
 /// The bucket of each instance's level: the finest quantised level of at most as many vertices as were chosen, dots included; and
-/// its morph (dots have none).
+/// its morph (dots have none). Who is small on the screen is in the bucket of their impostor, or in that of both; there the fraction says
+/// which share of the pixels the impostor has.
 ///
 /// `culled`, `choices`: one per instance, zeros when culled; `fill`: of `fill_budget`. Returns one key per instance, culled ones
 /// get [`Buckets::nobody`]; and one morph: with `config.morph`, the fraction says where the water stands between the level and
@@ -23,6 +26,14 @@ pub fn key_instances(
     let key = |i: usize| {
         if choices[i].vertex_count == 0 {
             return (buckets.nobody(), MorphRecord::default());
+        }
+        let (character, area_px2) = (instances[i].character, culled[i].area_px2);
+        let coarsest = buckets.records[buckets.at(character, 0) as usize].vertex_count;
+        let is_dots = choices[i].vertex_count == DOT_VERTICES;
+        if !is_dots && stands_in(coarsest, area_px2, config.impostor_area_px2) {
+            let fades = choices[i].vertex_count > IMPOSTOR_VERTICES;
+            let fraction = if fades { impostor_share(area_px2, config.impostor_area_px2) } else { 1.0 };
+            return (buckets.impostor(character, fades), MorphRecord { coarser_vertex_count: 0, fraction });
         }
         let key = buckets.fitting(instances[i].character, choices[i].vertex_count);
         if key >= buckets.mesh_count {

@@ -1,7 +1,7 @@
 //! Who was hidden waits, and a little of the budget is kept for those who come into sight.
 
 use crate::dispatch::RESERVE_PART;
-use crate::dots::least_spent;
+use crate::impostors::least_spent;
 use crate::{CrowdData, CullRecord, FrameConfig, InstanceRecord, SightTally, sight};
 
 /// Takes those whom the last frame's depth hid out of the visible ones, and gives the budget of the first phase.

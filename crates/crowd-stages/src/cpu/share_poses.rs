@@ -34,9 +34,12 @@ pub fn follow_leaders(
         let up_to = leaders_before.get(entry + 1).unwrap_or(&end).vertex_base;
         let leader = up_to - 1;
         let place = places[sorted_keys[entry] as usize];
-        one.palette_row = leader * buckets.palette_rows;
-        if place.vertex_base != NONE {
-            one.vertex_base = place.vertex_base + (leader - place.first) * place.vertex_count;
+        // Impostors have other words there.
+        if sorted_keys[entry] < buckets.first_impostor {
+            one.palette_row = leader * buckets.palette_rows;
+            if place.vertex_base != NONE {
+                one.vertex_base = place.vertex_base + (leader - place.first) * place.vertex_count;
+            }
         }
         if up_to > leaders_before[entry].vertex_base {
             leaders.push(entry as u32);

@@ -1,10 +1,10 @@
 //! The denominator of Eq. 1, and what the coarsest crowd would cost.
 
 use crate::dispatch::BLOCK_SIZE;
-use crate::dots::least_spent;
+use crate::impostors::least_spent;
 use crate::{CrowdData, CullRecord, FrameConfig, InstanceRecord, WeightSums};
 
-/// Adds up weights, vertex counts of the coarsest levels (dots, where `config` allows them; triangles, where the budget counts those)
+/// Adds up weights, vertex counts of the coarsest levels (dots and impostors, where `config` allows them; triangles, where the budget counts those)
 /// and visible instances.
 ///
 /// `culled`: one per instance. The result's `wanted_count`, `share` and `is_scaled` are 0; `fit_budget` fills them in.

@@ -6,7 +6,7 @@ use crate::{BucketRange, BucketRecord, Buckets, DrawArgs, DrawCounts, FrameConfi
 /// Arguments of the indirect draws, how many of them draw anything, and the frame's totals.
 ///
 /// `sorted_keys`: of all instances, those in no bucket last. Draws of buckets with instances come first among those of their
-/// kind: of meshes with 16-bit indices, with 32-bit ones, and of dots, in the order of the buckets; the others' arguments are zeros. `sums`: of the budget's stages; zeros where
+/// kind: of meshes with 16-bit indices, with 32-bit ones, of dots, of impostors and of those who cross over to them, in the order of the buckets; the others' arguments are zeros. `sums`: of the budget's stages; zeros where
 /// there is no budget. No buffer can overflow here.
 ///
 /// Paper: Park & Han 2009 §3.3, an instanced draw per LOD buffer; the arguments are written by the GPU.
@@ -29,7 +29,8 @@ pub fn write_bucket_args(
         ..Default::default()
     };
     let mut ranges = Vec::new();
-    let (mut narrow, mut wide, mut dots) = (Vec::new(), Vec::new(), Vec::new());
+    let ends = [buckets.count_16, buckets.mesh_count, buckets.first_impostor, buckets.first_fade, buckets.nobody()];
+    let mut kinds: [Vec<DrawArgs>; 5] = Default::default();
     for (bucket, record) in buckets.records.iter().enumerate() {
         let range = range(bucket as u32);
         let count = range.end - range.first;
@@ -37,26 +38,24 @@ pub fn write_bucket_args(
             totals.visible_count += count;
             totals.vertex_count = totals.vertex_count.saturating_add(count.saturating_mul(record.vertex_count));
             totals.triangle_count = totals.triangle_count.saturating_add(count.saturating_mul(record.triangle_count));
-            let list = match bucket as u32 {
-                number if number < buckets.count_16 => &mut narrow,
-                number if number < buckets.mesh_count => &mut wide,
-                _ => &mut dots,
-            };
-            list.push(draw(record, range));
+            let kind = ends.iter().position(|end| (bucket as u32) < *end).expect("the last end is that of all");
+            kinds[kind].push(draw(record, range));
             ranges.push(range);
         } else {
             ranges.push(BucketRange::default());
         }
     }
     totals.outside_count = sorted_keys.len() as u32 - totals.visible_count;
-    let [count_16, count_32, dot_count] = [&narrow, &wide, &dots].map(|list| list.len() as u32);
-    totals.draw_count = count_16 + count_32 + dot_count;
+    let [count_16, count_32, dot_count, impostor_count, fade_count] = kinds.each_ref().map(|draws| draws.len() as u32);
+    let counts = DrawCounts { count_16, count_32, dot_count, impostor_count, fade_count };
+    totals.draw_count = count_16 + count_32 + dot_count + impostor_count + fade_count;
     (totals.needed_vertices, totals.needed_triangles) = (totals.vertex_count, totals.triangle_count);
-    narrow.resize(buckets.count_16 as usize, DrawArgs::default());
-    wide.resize((buckets.mesh_count - buckets.count_16) as usize, DrawArgs::default());
-    dots.resize(buckets.records.len() - buckets.mesh_count as usize, DrawArgs::default());
-    let args = [narrow, wide, dots].concat();
-    (ranges, args, DrawCounts { count_16, count_32, dot_count, reserved: 0 }, totals)
+    let mut begin = 0;
+    for (draws, end) in kinds.iter_mut().zip(ends) {
+        draws.resize((end - begin) as usize, DrawArgs::default());
+        begin = end;
+    }
+    (ranges, kinds.concat(), counts, totals)
 }
 
 fn draw(record: &BucketRecord, range: BucketRange) -> DrawArgs {

@@ -229,7 +229,24 @@ impl BucketDraws {
         pass.set_vertex_buffer(0, self.tables.stand_ins.slice(..));
         pass.set_vertex_buffer(2, self.drawn.slice(..));
         self.tables.set_indices(pass, false);
-        self.draw_kind(pass, counts.mesh_count..counts.bucket_count, 8);
+        self.draw_kind(pass, counts.mesh_count..counts.first_impostor, 8);
+    }
+
+    /// One multi-draw for impostors and one for those who cross over to them, each with its pipeline. Bind groups are set.
+    pub(crate) fn draw_impostors(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        vertices: &wgpu::Buffer,
+        [alone, fading]: &[wgpu::RenderPipeline; 2],
+    ) {
+        let counts = &self.tables.counts;
+        pass.set_vertex_buffer(0, vertices.slice(..));
+        pass.set_vertex_buffer(2, self.drawn.slice(..));
+        self.tables.set_indices(pass, false);
+        pass.set_pipeline(alone);
+        self.draw_kind(pass, counts.first_impostor..counts.first_fade, 12);
+        pass.set_pipeline(fading);
+        self.draw_kind(pass, counts.first_fade..counts.bucket_count, 16);
     }
 
     /// `count_offset`: of how many of them draw anything, in the counts of draws.

@@ -18,6 +18,7 @@ const SHADOW: &str = include_str!("../../../../shaders/shared/shadow.wgsl");
 const BACKDROP: &str = include_str!("../../../../shaders/draw/backdrop.wgsl");
 const CROWD: &str = include_str!("../../../../shaders/draw/crowd.wgsl");
 const DOTS: &str = include_str!("../../../../shaders/draw/dots.wgsl");
+const IMPOSTORS: &str = include_str!("../../../../shaders/draw/impostors.wgsl");
 const POINTS: &str = include_str!("../../../../shaders/draw/points.wgsl");
 
 /// The WGSL of sky and ground as it is compiled.
@@ -27,7 +28,7 @@ pub fn backdrop_source() -> String {
 
 /// The WGSL of the crowd's draw as it is compiled.
 pub fn crowd_source() -> String {
-    [RECORDS, PLACE, FRAMES, SKIN, LIGHT, SHADOW, CROWD, DOTS, POINTS].concat()
+    [RECORDS, PLACE, FRAMES, SKIN, LIGHT, SHADOW, CROWD, DOTS, POINTS, IMPOSTORS].concat()
 }
 
 /// What every technique draws with: targets, backdrop, the crowd's shader and its layout.
@@ -171,6 +172,21 @@ impl DrawCrowd {
             buffers,
             &[self.storages()],
         )
+    }
+
+    /// The pipelines of impostors and of those who cross over to them. `textures`: layout of bind group 2.
+    pub(crate) fn impostor_pipelines(
+        &self,
+        textures: &wgpu::BindGroupLayout,
+        buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
+    ) -> [wgpu::RenderPipeline; 2] {
+        let layouts = [&self.layouts.crowd, &self.layouts.light, textures];
+        let constants = [self.storages(), ("SAMPLES", self.sample_count.into())];
+        let less = wgpu::CompareFunction::Less;
+        let pipeline = |vertex, fragment| {
+            self.shape().pipeline(&layouts, &self.crowd_module, vertex, fragment, less, buffers, &constants)
+        };
+        [pipeline("impostors", "shade_impostor"), pipeline("fading", "shade_fading")]
     }
 
     /// The pipeline of points.
@@ -475,7 +491,7 @@ impl<'a> Shape<'a> {
             fragment: fragment.map(|entry_point| wgpu::FragmentState {
                 module,
                 entry_point: Some(entry_point),
-                compilation_options: Default::default(),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
                 targets: target.as_slice(),
             }),
             multiview_mask: None,

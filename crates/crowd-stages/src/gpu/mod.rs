@@ -23,6 +23,7 @@ mod fit_budget;
 mod flock;
 mod gather_drawn;
 mod hold_poses;
+mod impostor_textures;
 mod join_phases;
 mod kernel;
 mod key_instances;

@@ -631,6 +631,8 @@ impl CrowdRenderer {
         let morphs = options.morphs() && config.weight != Weight::Error as u32;
         let has_dots = options.has_dots() && config.weight != Weight::Error as u32;
         let dot_area_px2 = if has_dots { config.dot_area_px2 } else { 0.0 };
+        let has_impostors = has_dots && self.crowd.impostors.is_some() && !options.no_impostors;
+        let impostor_area_px2 = if has_impostors { config.impostor_area_px2 } else { 0.0 };
         let [hold_far_m, hold_px] = if options.holds_poses { [config.hold_far_m, config.hold_px] } else { [0.0; 2] };
         // Eq. 1 as printed knows vertices alone.
         let fills = options.fit == Fit::Fill || config.weight == Weight::Error as u32;
@@ -638,7 +640,7 @@ impl CrowdRenderer {
         let water_before_bits = 0;
         let complete =
             FrameConfig { instance_count, morph: morphs.into(), dot_area_px2, hold_far_m, hold_px, ..*config };
-        FrameConfig { budget_in, water_before_bits, ..complete }
+        FrameConfig { budget_in, water_before_bits, impostor_area_px2, ..complete }
     }
 
     /// Totals of the newest finished frame, without waiting (`wait`: until the last submitted one is done).

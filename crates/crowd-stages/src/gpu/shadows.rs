@@ -187,7 +187,9 @@ impl Shadows {
         let cascades = self.cascades.iter().zip(&shadow.cascades).take(shadow.cascade_count as usize);
         for (number, (cascade, place)) in cascades.enumerate() {
             // Levels by error do not morph; the key's stage would look for water.
-            let from_sun = FrameConfig { clip_from_world: place.clip_from_world, morph: 0, ..*config };
+            // Whoever is an impostor throws the shadow of the coarsest mesh.
+            let from_sun =
+                FrameConfig { clip_from_world: place.clip_from_world, morph: 0, impostor_area_px2: 0.0, ..*config };
             let step = CascadeStep { cascade: number as u32, has_choices: has_choices.into(), ..Default::default() };
             queue.write_buffer(&cascade.config, 0, bytemuck::bytes_of(&from_sun));
             queue.write_buffer(&cascade.step, 0, bytemuck::bytes_of(&step));

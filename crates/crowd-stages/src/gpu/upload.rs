@@ -2,6 +2,7 @@
 
 use super::FillBudget;
 use super::allocate::{buffer_or_error, texture_or_error};
+use super::impostor_textures::ImpostorTextures;
 use crate::dispatch::BLOCK_SIZE;
 use crate::{
     BucketCounts, BucketRecord, Buckets, CrowdData, CullRecord, DiscreteConfig, DrawConfig, Error, FillState,
@@ -209,12 +210,12 @@ impl Uploader<'_> {
 
 /// Layers to ask for so that OpenGL sees an array: there, wgpu takes one layer for no array at all, and square layers in sixes
 /// for a cube, and reads from them give zeros.
-fn array_layers(count: u32, is_square: bool) -> u32 {
+pub(crate) fn array_layers(count: u32, is_square: bool) -> u32 {
     let count = count.max(2);
     count + u32::from(is_square && count.is_multiple_of(6))
 }
 
-fn array_view(label: &'static str) -> wgpu::TextureViewDescriptor<'static> {
+pub(crate) fn array_view(label: &'static str) -> wgpu::TextureViewDescriptor<'static> {
     wgpu::TextureViewDescriptor {
         label: Some(label),
         dimension: Some(wgpu::TextureViewDimension::D2Array),
@@ -253,6 +254,8 @@ pub(crate) struct CrowdBuffers {
     pub(crate) animation_bytes: u64,
     /// Bytes of the latter.
     pub(crate) layer_bytes: u64,
+    /// Where the crowd has them.
+    pub(crate) impostors: Option<ImpostorTextures>,
 }
 
 impl CrowdBuffers {
@@ -293,6 +296,7 @@ impl CrowdBuffers {
             layers,
             animation_bytes,
             layer_bytes,
+            impostors: ImpostorTextures::new(up, data)?,
         })
     }
 }

@@ -34,7 +34,7 @@ pub struct BucketSet {
     pub level_count: u32,
 }
 
-/// How many buckets there are, a uniform of 16 bytes.
+/// How many buckets there are, a uniform of 32 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
 pub struct BucketCounts {
@@ -47,6 +47,14 @@ pub struct BucketCounts {
     pub mesh_count: u32,
     /// Rows of the largest palette, three a joint: each drawn instance has room for so many.
     pub palette_rows: u32,
+    /// The first impostor, one a character; all where the crowd has none.
+    pub first_impostor: u32,
+    /// The first of impostors that cross over from the coarsest mesh, one a character.
+    pub first_fade: u32,
+    /// Zero.
+    pub reserved_a: u32,
+    /// Zero.
+    pub reserved_b: u32,
 }
 
 /// Instances of a bucket in the sorted list, 8 bytes.
@@ -97,7 +105,7 @@ pub struct SortPass {
     pub reserved: u32,
 }
 
-/// Draws of each kind that draw anything, 16 bytes.
+/// Draws of each kind that draw anything, 20 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
 pub struct DrawCounts {
@@ -107,8 +115,10 @@ pub struct DrawCounts {
     pub count_32: u32,
     /// Of dots or points.
     pub dot_count: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Of impostors.
+    pub impostor_count: u32,
+    /// Of impostors that cross over.
+    pub fade_count: u32,
 }
 
 /// Groups of an indirect dispatch, 12 bytes.

@@ -26,6 +26,10 @@ pub const RESERVE_PART: u32 = 128;
 pub const DOT_LEVELS: u32 = 5;
 /// Vertices of a dot.
 pub const DOT_VERTICES: u32 = 3;
+/// Vertices of an impostor.
+pub const IMPOSTOR_VERTICES: u32 = 4;
+/// Triangles of an impostor.
+pub const IMPOSTOR_TRIANGLES: u32 = 2;
 /// Densities of points in a far character's place.
 pub const POINT_LEVELS: u32 = 4;
 /// Most bits of a digit of the sort.

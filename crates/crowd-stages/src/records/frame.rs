@@ -44,8 +44,9 @@ pub struct FrameConfig {
     pub water_before_bits: u32,
     /// How dense the fog is: after d metres `exp(-d * fog_per_m)` of a colour is left; 0: none.
     pub fog_per_m: f32,
-    /// Zero.
-    pub reserved_b: u32,
+    /// Projected area of the bounding sphere, px², below which [`crate::Technique::Bucketed`] draws impostors where the crowd has them
+    /// ([`dot_area_px2`]); up to [`crate::IMPOSTOR_FADE`] times as much they cross over from the coarsest mesh. 0: never.
+    pub impostor_area_px2: f32,
 }
 
 impl FrameConfig {
@@ -81,7 +82,7 @@ impl FrameConfig {
             slack: 0,
             water_before_bits: 0,
             fog_per_m: 0.0,
-            reserved_b: 0,
+            impostor_area_px2: 0.0,
         }
     }
 }

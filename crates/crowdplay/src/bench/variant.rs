@@ -22,6 +22,8 @@ pub struct Variant {
     pub eager: bool,
     /// Everyone is halfway from one clip to another, in every frame.
     pub fades: bool,
+    /// Small ones are impostors, where the pack has them; without, nobody is.
+    pub impostors: bool,
     /// Poses of far ones are held.
     pub rates: bool,
     /// The same, and those in one pose share it.
@@ -40,6 +42,7 @@ impl Variant {
             skinning: self.skinning.unwrap_or(draw.skinning),
             shadows: if self.shadows { SHADOW_MAPS } else { draw.shadows },
             no_morph: self.jumps || draw.no_morph,
+            no_impostors: !self.impostors,
             holds_poses: self.rates || self.shares || draw.holds_poses,
             share_poses: self.shares || draw.share_poses,
             ..draw
@@ -60,6 +63,7 @@ impl From<Technique> for Variant {
             occlusion: false,
             jumps: false,
             eager: false,
+            impostors: false,
             skinning: None,
             shadows: false,
             fades: false,
@@ -74,12 +78,13 @@ impl fmt::Display for Variant {
         let occlusion = if self.occlusion { "+occlusion" } else { "" };
         let jumps = if self.jumps { "+jumps" } else { "" };
         let eager = if self.eager { "+eager" } else { "" };
+        let impostors = if self.impostors { "+impostors" } else { "" };
         let skinning = self.skinning.map(|way| format!("+{}", way.name())).unwrap_or_default();
         let shadows = if self.shadows { "+shadows" } else { "" };
         let fades = if self.fades { "+fades" } else { "" };
         let rates = if self.rates { "+rates" } else { "" };
         let shares = if self.shares { "+share" } else { "" };
-        f.pad(&format!("{}{occlusion}{jumps}{eager}{skinning}{shadows}{fades}{rates}{shares}", self.technique))
+        f.pad(&format!("{}{occlusion}{jumps}{impostors}{eager}{skinning}{shadows}{fades}{rates}{shares}", self.technique))
     }
 }
 
@@ -98,6 +103,7 @@ impl FromStr for Variant {
                 None if is_bucketed && part == "occlusion" => variant.occlusion = true,
                 None if is_bucketed && part == "jumps" => variant.jumps = true,
                 None if has_water && part == "eager" => variant.eager = true,
+                None if is_bucketed && part == "impostors" => variant.impostors = true,
                 None if part == "shadows" => variant.shadows = true,
                 None if part == "fades" => variant.fades = true,
                 None if part == "rates" => variant.rates = true,
@@ -105,7 +111,7 @@ impl FromStr for Variant {
                 _ => {
                     let ways = Skinning::WAYS.map(Skinning::name).join(", ");
                     return Err(format!(
-                        "found {text:?}, allowed after bucketed+: occlusion, jumps, eager, shadows, fades, rates, share and one of {ways}; after others +shadows, +fades and +rates, after those with a budget +eager"
+                        "found {text:?}, allowed after bucketed+: occlusion, jumps, impostors, eager, shadows, fades, rates, share and one of {ways}; after others +shadows, +fades and +rates, after those with a budget +eager"
                     ));
                 }
             }
@@ -131,6 +137,7 @@ pub fn variants() -> impl TypedValueParser<Value = Variant> {
         bucketed("bucketed+shadows", "The same with four shadow maps of the sun"),
         bucketed("bucketed+occlusion+shadows", "Both"),
         bucketed("bucketed+jumps", "The same with levels that change at once"),
+        bucketed("bucketed+impostors", "The same with small ones as pictures, where the pack has them (--impostors)"),
         bucketed("bucketed+eager", "The same where every frame uses all it can of the budget, as with no slack"),
         bucketed(
             "bucketed+rates",
@@ -169,6 +176,7 @@ mod tests {
             "bucketed+jumps",
             "bucketed+eager",
             "reform+eager",
+            "bucketed+impostors",
             "bucketed+palettes+fades",
             "reform+fades",
             "bucketed+compute+rates",
@@ -180,6 +188,8 @@ mod tests {
         assert!("bucketed+occlusion".parse::<Variant>().unwrap().options(draw).occludes());
         let way = |name: &str| name.parse::<Variant>().unwrap().options(draw).skinning;
         assert_eq!([way("bucketed"), way("bucketed+palettes")], [Skinning::Auto, Skinning::Palettes]);
+        let impostors = |name: &str| !name.parse::<Variant>().unwrap().options(draw).no_impostors;
+        assert_eq!([impostors("bucketed"), impostors("bucketed+impostors")], [false, true]);
         assert!(!"bucketed+jumps".parse::<Variant>().unwrap().options(draw).morphs());
         assert!(!"bucketed".parse::<Variant>().unwrap().options(draw).occludes());
         for name in [

@@ -12,6 +12,8 @@ pub(crate) struct Bucketed {
     pipeline: wgpu::RenderPipeline,
     morphing: wgpu::RenderPipeline,
     dots: wgpu::RenderPipeline,
+    /// Of impostors and of those who cross over to them, where the crowd has any.
+    impostors: Option<[wgpu::RenderPipeline; 2]>,
     bound: wgpu::BindGroup,
     /// Set up when it is first asked for.
     beforehand: Option<Beforehand>,
@@ -34,7 +36,8 @@ impl Bucketed {
         let pipeline = draw.pipeline_with("bucketed", &BucketDraws::INPUTS);
         let morphing = draw.pipeline_with("bucketed_morphing", &BucketDraws::MORPHING_INPUTS);
         let dots = draw.dots_pipeline(&BucketDraws::INPUTS);
-        Ok(Self { draws, pipeline, morphing, dots, bound, beforehand: None })
+        let impostors = crowd.impostors.as_ref().map(|i| draw.impostor_pipelines(&i.layout, &BucketDraws::INPUTS));
+        Ok(Self { draws, pipeline, morphing, dots, impostors, bound, beforehand: None })
     }
 
     fn beforehand(&self, context: &FrameContext<'_>) -> Option<&Beforehand> {
@@ -113,6 +116,11 @@ impl Painter for Bucketed {
         if context.config.dot_area_px2 > 0.0 {
             pass.set_pipeline(&self.dots);
             self.draws.draw_stand_ins(pass);
+        }
+        let impostors = self.impostors.iter().zip(&context.crowd.impostors);
+        for (pipelines, textures) in impostors.filter(|_| context.config.impostor_area_px2 > 0.0) {
+            pass.set_bind_group(2, &textures.bound, &[]);
+            self.draws.draw_impostors(pass, &textures.vertices, pipelines);
         }
     }
 
