@@ -40,6 +40,42 @@ fn a_pack_as_baked_keeps_its_promises_in_both_layouts() {
 }
 
 #[test]
+fn impostors_are_baked_alike_on_any_number_of_threads_and_shown_and_checked() {
+    let bench = Bench::with(&[TUBE]);
+    let asset = format!("@{TUBE}");
+    let bake = |words: &[&str]| {
+        bench.run(&[&["bake", &asset, "-o", "@out.crowdpack"], words].concat()).expect(0);
+        bench.read("out.crowdpack")
+    };
+    let plain = bake(&[]);
+    assert_eq!((plain[8], bake(&["--impostors", "0"]) == plain), (3, true), "a pack without stays as it was");
+    let one = bake(&["--impostors", "8", "--jobs", "1"]);
+    assert!(one[8] == 4 && bake(&["--impostors", "8", "--jobs", "4"]) == one);
+    let inspection = bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json();
+    assert_eq!(inspection["characters"][0]["impostors"]["tile_px"], 8);
+    assert!(
+        bench.run(&["inspect", "@out.crowdpack"]).expect(0).out.contains("  impostors     8 texels, 16 directions")
+    );
+    bench.run(&["verify", "@out.crowdpack"]).expect(0);
+    bench.write("crowd.toml", format!("[pack]\nimpostors = 8\n[[characters]]\nsource = \"{TUBE}\"\n").as_bytes());
+    bench.run(&["bake", "@crowd.toml", "-o", "@toml.crowdpack"]).expect(0);
+    assert_eq!(bench.read("toml.crowdpack")[8], 4);
+    bench.write("crowd.toml", format!("[pack]\nimpostors = 9\n[[characters]]\nsource = \"{TUBE}\"\n").as_bytes());
+    bench.run(&["bake", "@crowd.toml", "-o", "@toml.crowdpack"]).expect(1).says(&["pack.impostors", "found 9"]);
+    bench.run(&["bake", &asset, "-o", "@out.crowdpack", "--impostors", "12"]).expect(2).says(&["found 12, allowed 8"]);
+}
+
+#[test]
+fn impostors_of_another_size_are_found() {
+    let bench = Bench::with(&[TUBE]);
+    bench.run(&["bake", &format!("@{TUBE}"), "-o", "@out.crowdpack", "--impostors", "8"]).expect(0);
+    let mut contents = Pack::open(&bench.path("out.crowdpack")).unwrap().contents().clone();
+    contents.impostors[0].azimuth_count = 4;
+    contents.write(&bench.path("out.crowdpack")).expect("the broken pack still opens");
+    fails(bench.run(&["verify", "@out.crowdpack"]), "impostors-decode");
+}
+
+#[test]
 fn more_levels_than_there_are_mean_all_of_them() {
     let bench = Bench::with(&[TUBE]);
     bench.run(&["bake", &format!("@{TUBE}"), "-o", "@out.crowdpack"]).expect(0);

@@ -23,6 +23,38 @@ fn bake(scene: &Scene, inputs: &[PathBuf]) -> String {
     pack
 }
 
+/// Impostors take two triangles each and look more like whom they stand for than the coarsest meshes; a pack without has none.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: needs an adapter")]
+fn impostors_look_like_whom_they_stand_for() {
+    let scene = Scene::new();
+    let plain = bake(&scene, &[fixture("zebra.glb")]);
+    let pack = scene.path("impostors.crowdpack");
+    let (mut stdout, mut stderr) = (Vec::new(), Vec::new());
+    let input = fixture("zebra.glb");
+    let words =
+        ["crowdbake", "bake", "-o", &pack, "--impostors", "32", "--clips", "walk", input.to_str().expect("plain")];
+    assert_eq!(crowdbake::run(words, &mut stdout, &mut stderr), 0, "{}", String::from_utf8_lossy(&stderr));
+    let far = |pack: &str, words: &[&str]| {
+        let usual =
+            [pack, "--headless", "--size", "480x270", "--count", "40", "--msaa", "4", "--out", "-", "--backend"];
+        let camera = ["gpu", "--eye", "0,4,40", "--target", "0,1,0", "--dots", "0", "--clips", "walk"];
+        let ran = crowdplay(&[&usual[..], &camera, words].concat());
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        (image::load_from_memory(&ran.stdout).expect("standard output is a PNG").to_rgb8(), ran.stderr)
+    };
+    let (full, _) = far(&pack, &["--impostors", "0", "--budget", "9000000"]);
+    let (impostors, said) = far(&pack, &["--impostors", "64", "--budget", "9000000"]);
+    let (coarsest, _) = far(&pack, &["--impostors", "0", "--budget", "1"]);
+    assert!(said.contains("40 visible; 80 of"), "two triangles each: {said}");
+    let off = |picture| Difference::between(picture, &full).mean;
+    println!("impostors {}, coarsest meshes {}", off(&impostors), off(&coarsest));
+    assert!(off(&impostors) < 0.95 * off(&coarsest), "{} and {}", off(&impostors), off(&coarsest));
+    assert!(off(&impostors) > 0.0, "the comparison can tell");
+    let (_, said) = far(&plain, &["--impostors", "64", "--budget", "9000000"]);
+    assert!(said.contains("42560 of 42560 triangles"), "who has no impostors is drawn as ever: {said}");
+}
+
 /// A small crowd's picture, one sample a pixel.
 fn picture(pack: &str, words: &[&str]) -> image::RgbImage {
     let usual = [pack, "--headless", "--size", "480x270", "--count", "40", "--msaa", "1", "--out", "-"];

@@ -224,6 +224,7 @@ pub const ON: DrawOptions = DrawOptions {
     levels: crowd_stages::Levels::Quantized,
     fit: crowd_stages::Fit::Fill,
     no_morph: true,
+    no_impostors: false,
     occlusion: true,
     skinning: Skinning::Vertex,
     shadows: 0,

@@ -16,6 +16,7 @@ const ORACLE: DrawOptions = DrawOptions {
     levels: Levels::Quantized,
     fit: Fit::Fill,
     no_morph: true,
+    no_impostors: false,
     occlusion: false,
     skinning: Skinning::Vertex,
     shadows: 0,

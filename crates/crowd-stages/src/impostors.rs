@@ -158,7 +158,7 @@ impl ImpostorMip {
             let normal = |c: usize| {
                 let sum: u32 =
                     block.iter().map(|at| u32::from(self.normal[*at][c]) * u32::from(self.color[*at][3])).sum();
-                if coverage == 0 { self.normal[corner][c] } else { ((sum + coverage / 2) / coverage) as u8 }
+                (sum + coverage / 2).checked_div(coverage).map_or(self.normal[corner][c], |mean| mean as u8)
             };
             let alpha = ((coverage + 2) / 4) as u8;
             ([color(0), color(1), color(2), alpha], [normal(0), normal(1), normal(2), normal(3)])
@@ -308,6 +308,42 @@ mod tests {
         }
         assert_eq!(mips[1].color[7], [0; 4], "tiles do not reach into each other");
         assert_eq!((mips[1].color[31][3], mips[1].normal[31]), (64, [255, 128, 128, 255]));
+    }
+
+    #[test]
+    fn pictures_that_do_not_decode_or_are_of_another_size_are_refused() {
+        let png = |width, height| {
+            let mut bytes = std::io::Cursor::new(Vec::new());
+            let picture = image::RgbaImage::new(width, height);
+            picture.write_to(&mut bytes, image::ImageFormat::Png).expect("memory takes every byte");
+            bytes.into_inner()
+        };
+        let shape = ImpostorRecord {
+            tile_px: 8,
+            azimuth_count: 2,
+            elevation_count: 1,
+            pose_count: 3,
+            clip_count: 1,
+            ..ImpostorRecord::default()
+        };
+        let decode = |color: &[u8], normal: &[u8]| {
+            let mut contents = PackContents::default();
+            contents.add_impostors(shape, color, normal);
+            Impostors::of_pack(&contents)
+        };
+        let good = decode(&png(16, 24), &png(16, 24)).expect("they fit").expect("there are some");
+        assert_eq!((good.characters[0].color.len(), good.pose_texels() * 3), (16 * 24, 16 * 24));
+        for (color, normal) in [
+            (png(16, 24), png(16, 16)),
+            (png(24, 16), png(16, 24)),
+            (png(4000, 4000), png(16, 24)),
+            (b"hello".to_vec(), png(16, 24)),
+            (png(16, 24), png(16, 24)[..60].to_vec()),
+        ] {
+            let error = decode(&color, &normal).expect_err("not what the tiles need").to_string();
+            assert!(error.starts_with("impostors 0 of the pack: "), "{error}");
+        }
+        assert_eq!(Impostors::of_pack(&PackContents::default()).expect("nothing to decode"), None);
     }
 
     #[test]

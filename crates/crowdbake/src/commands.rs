@@ -172,7 +172,7 @@ fn write_pack(
     let mut contents = crate::assemble::assemble(baked, plan.animation_layout)?;
     if plan.impostors_px > 0 {
         let since = Instant::now();
-        let impostors = crate::impostors::bake_impostors(&contents, plan.impostors_px)?;
+        let impostors = in_threads(args.jobs, || crate::impostors::bake_impostors(&contents, plan.impostors_px))?;
         crate::assemble::add_impostors(&mut contents, &impostors);
         let (px, bytes) = (plan.impostors_px, contents.impostor_bytes.len() as u64);
         let seconds = since.elapsed().as_secs_f64();
