@@ -71,7 +71,11 @@ fn select_casters(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
     }
     var level = error_lods[error_entry(instance.character, instance.scale * cascade.details_per_m)];
     let coarsest = error_lods[error_entry(instance.character, 0.0)];
-    let seen = choices[i];
+    var seen = choices[i];
+    if seen.vertex_count == IMPOSTOR_VERTICES {
+        // A picture throws the shadow of the coarsest mesh.
+        seen = LodChoice(coarsest.vertex_count, coarsest.triangle_count);
+    }
     let dots = dots_of(radius, cascade, coarsest);
     if dots > 0u {
         level = LodRecord(dots * DOT_VERTICES, dots);

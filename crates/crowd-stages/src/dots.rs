@@ -6,7 +6,7 @@
 
 use crate::dispatch::{DOT_LEVELS, DOT_VERTICES};
 use crate::surface_colors::{SurfaceColor, color_at, roots, texels_of};
-use crate::{BudgetIn, CrowdData, DotCorner, FrameConfig, InstanceRecord, LodChoice, cpu};
+use crate::{CrowdData, DotCorner, InstanceRecord, LodChoice, cpu};
 use crowd_pack::{CharacterRecord, NONE};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;

@@ -6,10 +6,11 @@ use crowd_stages::gpu::{self, ANIMATION_HEIGHT, ANIMATION_WIDTH};
 use crowd_stages::{
     BoidRecord, BoidTraits, BucketCounts, BucketPlace, BucketRange, BucketRecord, BucketSet, BudgetIn, Capacities,
     Cascade, CascadeStep, CullRecord, DiscreteConfig, DispatchArgs, DrawArgs, DrawConfig, DrawCounts, DrawnInstance,
-    FeedConfig, FeedState, FillState, FlockConfig, FrameConfig, FrameTotals, GaitClipRecord, ImpostorSheet, InstanceBase,
-    InstanceRecord, LodChoice, MarkConfig, MorphRecord, MotionRecord, MotionSchedule, MotionStretch, MoverRecord,
-    OriginRecord, PoseCounts, PyramidConfig, PyramidLevel, PyramidStep, ROOT_PATH_POINTS, SUN_DIRECTION, ShadowConfig,
-    SightTally, SkinnedVertex, SortPass, SortedBoid, View, Weight, WeightSums, cpu, dispatch, overflow, sight,
+    FeedConfig, FeedState, FillState, FlockConfig, FrameConfig, FrameTotals, GaitClipRecord, ImpostorSheet,
+    InstanceBase, InstanceRecord, LodChoice, MarkConfig, MorphRecord, MotionRecord, MotionSchedule, MotionStretch,
+    MoverRecord, OriginRecord, PoseCounts, PyramidConfig, PyramidLevel, PyramidStep, ROOT_PATH_POINTS, SUN_DIRECTION,
+    ShadowConfig, SightTally, SkinnedVertex, SortPass, SortedBoid, View, Weight, WeightSums, cpu, dispatch, overflow,
+    sight,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, StorageAccess, TypeInner};

@@ -2,7 +2,7 @@
 
 use super::fill_budget::error_entry;
 use crate::cascades::SUN_DIRECTION;
-use crate::dispatch::DOT_VERTICES;
+use crate::dispatch::{DOT_VERTICES, IMPOSTOR_VERTICES};
 use crate::{Cascade, CascadeStep, CrowdData, FrameConfig, InstanceRecord, LodChoice, ShadowConfig};
 use crowd_pack::LodRecord;
 use glam::{Mat4, Vec3, Vec4};
@@ -48,7 +48,13 @@ pub fn select_casters(
             0 => error_lods[error_entry(instance.character, instance.scale * cascade.details_per_m)],
             dots => LodRecord { vertex_count: dots * DOT_VERTICES, triangle_count: dots },
         };
-        let seen = choices[i];
+        let seen = match choices[i].vertex_count {
+            // A picture throws the shadow of the coarsest mesh.
+            IMPOSTOR_VERTICES => {
+                LodChoice { vertex_count: coarsest.vertex_count, triangle_count: coarsest.triangle_count }
+            }
+            _ => choices[i],
+        };
         let sees_less = step.has_choices == 1 && seen.vertex_count > 0 && seen.vertex_count < vertex_count;
         if sees_less { seen } else { LodChoice { vertex_count, triangle_count } }
     };

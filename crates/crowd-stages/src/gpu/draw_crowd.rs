@@ -186,7 +186,7 @@ impl DrawCrowd {
         let pipeline = |vertex, fragment| {
             self.shape().pipeline(&layouts, &self.crowd_module, vertex, fragment, less, buffers, &constants)
         };
-        [pipeline("impostors", "shade_impostor"), pipeline("fading", "shade_fading")]
+        [pipeline("impostors", Some("shade_impostor")), pipeline("fading", Some("shade_fading"))]
     }
 
     /// The pipeline of points.
