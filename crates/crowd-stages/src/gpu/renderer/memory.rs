@@ -2,9 +2,11 @@
 
 use super::super::memory_use::{MemoryUse, Sizes};
 use super::{CrowdRenderer, RendererOptions};
-use crate::dispatch::DOT_VERTICES;
+use crate::dispatch::{DOT_VERTICES, IMPOSTOR_TRIANGLES};
 use crate::dots::{DOT_COUNTS, dots_are_coarser};
+use crate::impostors::{fade_level, stands_in};
 use crate::{DrawOptions, Skinning, Technique, shadow_side};
+use crowd_pack::CharacterRecord;
 use std::mem::size_of;
 
 impl CrowdRenderer {
@@ -55,12 +57,17 @@ impl CrowdRenderer {
         let tables = &self.crowd.tables;
         let dots = |character| DOT_COUNTS.into_iter().filter(move |dots| dots_are_coarser(character, *dots)).sum();
         let dot_indices: u32 = self.characters.iter().map(|c| -> u32 { dots(c) }).sum::<u32>() * DOT_VERTICES;
+        let stand_in = |c: &CharacterRecord| {
+            if stands_in(c.min_vertex_count, 0.0, 1.0) { fade_level(c).triangle_count } else { 0 }
+        };
+        let impostor_triangles = self.characters.iter().map(stand_in).sum::<u32>() + IMPOSTOR_TRIANGLES;
+        let impostor_indices = if self.crowd.impostors.is_some() { 3 * impostor_triangles } else { 0 };
         let indices = tables.indices_32_bytes() / size_of::<u32>() as u64;
         Sizes {
             options: RendererOptions { max_instances: self.options.max_instances, ..options },
             characters: self.characters.len() as u64,
             buckets: tables.counts,
-            wide_indices: indices.saturating_sub(dot_indices.into()),
+            wide_indices: indices.saturating_sub((dot_indices + impostor_indices).into()),
             poses: self.crowd.poses.as_ref().map(|(counts, first)| (*counts, first.len() as u64)),
             largest_binding: self.largest_binding,
         }
