@@ -162,8 +162,8 @@ fn impostor_at(texel: vec2f, across: vec2f, down: vec2f, tile: vec3u, look: vec4
     let normal = select(vec3f(0.0, 1.0, 0.0), turned / length, length > 1e-3);
     // The flat picture stands in the shadow of its own body: look where that ends.
     let light = light_at(normal, sun_share(world_position + SUN_DIRECTION * look.w, normal));
-    let base = color.rgb / max(color.a, 1.0 / 255.0);
-    return vec4f(base * mix(vec3f(1.0), light, stored.a), color.a);
+    let base = color.rgb / max(color.a, 1.0 / 255.0) * mix(vec3f(1.0), light, stored.a);
+    return vec4f(through_fog(base, distance(world_position, config.eye), config.fog_per_m), color.a);
 }
 
 // A number from 0 to 1 that is another for each pixel of four by four (Bayer 1973), and that starts elsewhere for each instance.

@@ -464,7 +464,18 @@ impl Running {
 
     fn detail(&self) -> DetailPlan {
         let Knobs {
-            budget, budget_in, steady_percent, alpha, weight, draw, max_px, dots_px, impostors_px, sight_m, target_ms, ..
+            budget,
+            budget_in,
+            steady_percent,
+            alpha,
+            weight,
+            draw,
+            max_px,
+            dots_px,
+            impostors_px,
+            sight_m,
+            target_ms,
+            ..
         } = self.knobs;
         DetailPlan {
             budget: Some(budget),

@@ -84,7 +84,10 @@ impl fmt::Display for Variant {
         let fades = if self.fades { "+fades" } else { "" };
         let rates = if self.rates { "+rates" } else { "" };
         let shares = if self.shares { "+share" } else { "" };
-        f.pad(&format!("{}{occlusion}{jumps}{impostors}{eager}{skinning}{shadows}{fades}{rates}{shares}", self.technique))
+        f.pad(&format!(
+            "{}{occlusion}{jumps}{impostors}{eager}{skinning}{shadows}{fades}{rates}{shares}",
+            self.technique
+        ))
     }
 }
 
