@@ -56,7 +56,7 @@ pub enum Error {
     },
     /// What was asked for takes more GPU memory than it may.
     #[error(
-        "--vram: {:.1} MB allowed; with a budget of {budget} {budget_in}, which is the least there is unless --budget says it, the crowd takes{table}\nuse fewer instances (--count), fewer characters, --skinning vertex, no --shadows, a smaller --size or --texture-side",
+        "--vram: {:.1} MB allowed; with a budget of {budget} {budget_in}, which is the least there is unless --budget says it, the crowd takes{table}\nuse a smaller --budget if you said one, fewer instances (--count), fewer characters, --skinning vertex, no --shadows, a smaller --size or --texture-side",
         *limit_bytes as f64 / crate::memory::MEGABYTE as f64
     )]
     Memory {

@@ -33,7 +33,9 @@ pub fn render(
     let samples = plan.machine.samples.unwrap_or(4);
     let mut backend = Backend::new(gpu, crowd, plan.size, samples, (most, detail.budget_in))?;
     if let Some(limit_bytes) = plan.machine.vram_bytes {
-        let fitted = backend.fit_memory(crowd, &detail, limit_bytes, detail.budget)?;
+        // With a target the budget is only where it begins.
+        let kept = detail.budget.filter(|_| detail.target_ms.is_none());
+        let fitted = backend.fit_memory(crowd, &detail, limit_bytes, kept)?;
         most = fitted.unwrap_or(most);
         // A target begins at the usual budget and rises to what fits.
         budget = if detail.target_ms.is_some() { budget.min(most) } else { most };
@@ -52,6 +54,7 @@ pub fn render(
         _ => None,
     };
     let lacks = [
+        (plan.machine.vram_bytes.is_some(), "the software rasteriser takes no GPU memory (--vram)"),
         (plan.reference_camera, "the software rasteriser has no reference camera (--reference-camera)"),
         (detail.draw.view != View::Shaded, "the software rasteriser shows people as they look (--view)"),
     ];
@@ -120,7 +123,7 @@ pub fn render(
     }
     write_recording(plan, recording.as_ref())?;
     say_what_came_out(headless, crowd, &frames, &pictures, (budget, detail.budget_in), talk);
-    if plan.machine.vram_bytes.is_some() {
+    if plan.machine.vram_bytes.is_some() && backend.word() == "gpu" {
         talk.say(&format!("GPU memory by part:{}", table(&backend.memory())));
     }
     let mut report = report(plan, &detail, crowd, budget, backend.word(), backend.describe());

@@ -155,9 +155,14 @@ impl Room {
         // Where vertices are skinned beforehand, they have to fit one binding, or they are not.
         let skins = self.foretell(gpu, renderer, size, least).skinning > 0;
         let bindable = gpu.device.limits().max_storage_buffer_binding_size / size_of::<SkinnedVertex>() as u64;
+        // Reformation writes whole lists of what it draws: beyond what the adapter binds people would be missing.
+        let reforms = self.draws.iter().any(|draw| draw.technique == Technique::Reform);
         let fits = |budget: u32| {
-            let can_skin = !skins || u64::from(self.options(gpu, budget).max_vertices) <= bindable;
-            can_skin && self.holds(gpu, renderer, size, budget)
+            let RendererOptions { max_vertices, max_triangles, .. } = self.options(gpu, budget);
+            let can_skin = !skins || u64::from(max_vertices) <= bindable;
+            let [vertices, triangles] = self.needs.at(budget);
+            let is_whole = vertices <= max_vertices.into() && triangles <= max_triangles.into();
+            can_skin && (is_whole || !reforms) && self.holds(gpu, renderer, size, budget)
         };
         let (mut low, mut high) = (least, self.needs.most().max(least));
         while low < high {
@@ -169,6 +174,11 @@ impl Room {
             }
         }
         low
+    }
+
+    /// Whether what is drawn fits in pictures of that size, too.
+    pub fn holds_size(&self, gpu: &Gpu, renderer: &CrowdRenderer, size: [u32; 2], budget: u32) -> bool {
+        self.holds(gpu, renderer, size, budget)
     }
 
     /// Takes note that something else is drawn from now on; `false` where that does not fit beside what was drawn before.

@@ -277,6 +277,10 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
             ui.selectable_value(&mut knobs.draw.fit, Fit::Plain, "Eq. 1 as printed");
         });
         ui.horizontal(|ui| {
+            // With --vram what fits was found for the one that was asked for.
+            if readings.vram_bytes.is_some() {
+                ui.disable();
+            }
             ui.label("N counts");
             ui.selectable_value(&mut knobs.budget_in, BudgetIn::Vertices, "vertices");
             ui.selectable_value(&mut knobs.budget_in, BudgetIn::Triangles, "triangles");

@@ -149,6 +149,10 @@ struct Running {
     room: Option<Room>,
     /// How the frame before was drawn.
     drawn: DrawOptions,
+    /// Size of that frame.
+    drawn_size: [u32; 2],
+    /// What its budget counted.
+    counted_in: BudgetIn,
     /// What the second camera saw of the frame before, in the corner.
     corner: Option<egui::TextureHandle>,
     samples: u32,
@@ -227,9 +231,13 @@ impl Running {
                 let beside = simulation.as_ref().map(|simulation| ("simulator", simulation.gpu_bytes()));
                 let beside = beside.into_iter().collect();
                 let kept = Room::new(limit_bytes, crowd, &detail, vec![detail.draw], beside, (format, samples));
-                largest_budget = kept.fit(&gpu, &mut renderer, screen.size(), detail.budget)?;
-                // A target begins at the usual budget and rises to what fits.
-                budget = if detail.target_ms.is_some() { budget.min(largest_budget) } else { largest_budget };
+                if let Some(asked) = detail.budget.filter(|_| detail.target_ms.is_none()) {
+                    kept.fit(&gpu, &mut renderer, screen.size(), Some(asked))?;
+                }
+                // Sliders and a target rise to what fits.
+                largest_budget = kept.fit(&gpu, &mut renderer, screen.size(), None)?;
+                let begins_there = detail.budget.is_some() || detail.target_ms.is_some();
+                budget = if begins_there { budget.min(largest_budget) } else { largest_budget };
                 room = Some(kept);
             }
             renderer.prepare(&gpu.device, &gpu.queue, detail.draw.technique)?;
@@ -264,12 +272,15 @@ impl Running {
             reference: plan.reference_camera && !on_cpu,
             screenshot: false,
         };
+        let drawn_size = screen.size();
         Ok(Self {
             screen,
             gpu,
             painter,
             simulation,
             drawn: knobs.draw,
+            drawn_size,
+            counted_in: knobs.budget_in,
             room,
             corner: None,
             samples,
@@ -392,6 +403,7 @@ impl Running {
         {
             renderer.set_instances(&self.gpu.queue, &crowd.instances)?;
         }
+        self.recount(crowd);
         self.keep_within_memory();
         self.play_motion(crowd)?;
         let detail = self.detail();
@@ -445,6 +457,26 @@ impl Running {
             self.readings.message = Some("that does not fit the memory that may be taken (--vram)".to_owned());
         }
         self.drawn = self.knobs.draw;
+        let size = self.screen.size();
+        if let (Some(room), Painter::Gpu(renderer)) = (&self.room, &self.painter)
+            && std::mem::replace(&mut self.drawn_size, size) != size
+            && !room.holds_size(&self.gpu, renderer, size, self.knobs.largest_budget)
+        {
+            let message = "a window of this size takes more than the memory that may be taken (--vram)";
+            self.readings.message = Some(message.to_owned());
+        }
+    }
+
+    /// Makes other room where the budget counts something else than in the frame before.
+    fn recount(&mut self, crowd: &Crowd) {
+        if std::mem::replace(&mut self.counted_in, self.knobs.budget_in) == self.knobs.budget_in {
+            return;
+        }
+        if let Painter::Gpu(renderer) = &mut self.painter {
+            let (format, budget) = (self.screen.scene_format(), self.knobs.largest_budget);
+            let of = renderer_options(&self.gpu.device, crowd, format, self.samples, budget, self.knobs.budget_in);
+            renderer.make_room(of.max_vertices, of.max_triangles);
+        }
     }
 
     /// Moves the budget towards the time that a frame may take, if there is one. A budget changed by hand is where it goes on from.
