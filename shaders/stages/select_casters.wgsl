@@ -72,7 +72,7 @@ fn select_casters(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
     var level = error_lods[error_entry(instance.character, instance.scale * cascade.details_per_m)];
     let coarsest = error_lods[error_entry(instance.character, 0.0)];
     var seen = choices[i];
-    if seen.vertex_count == IMPOSTOR_VERTICES {
+    if seen.vertex_count == IMPOSTOR_VERTICES && coarsest.vertex_count > IMPOSTOR_VERTICES {
         // A picture throws the shadow of the coarsest mesh.
         seen = LodChoice(coarsest.vertex_count, coarsest.triangle_count);
     }

@@ -28,7 +28,10 @@ pub enum Error {
         allowed: String,
     },
     /// A version this reader does not know.
-    #[error("pack: format version {found}, this build reads versions 3 to {supported}; bake the pack again")]
+    #[error(
+        "pack: format version {found}, this build reads versions {} to {supported}; bake the pack again",
+        crate::PLAIN_VERSION
+    )]
     Version {
         /// In the file.
         found: u32,

@@ -31,7 +31,7 @@ pub use fog::draw_fog;
 pub use ground::{draw_ground, draw_sky};
 pub use picture::{downsample, encode_jpeg, encode_png, encode_texels};
 pub use sample::{level_of_detail, sample};
-pub use texture::{decode_picture, decode_texture};
+pub use texture::{decode_picture, decode_picture_within, decode_texture};
 pub use types::*;
 
 #[cfg(test)]

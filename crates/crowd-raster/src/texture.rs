@@ -18,7 +18,7 @@ const LARGEST_ALLOC: u64 = 512 << 20;
 /// # Errors
 /// [`Error::Image`] when the bytes do not decode, or are larger than 16,384 pixels a side or 512 MiB decoded.
 pub fn decode_texture(bytes: &[u8], max_side: u32) -> Result<Texture> {
-    let (width, height, texels) = decode_rgba(bytes)?;
+    let (width, height, texels) = decode_rgba(bytes, [LARGEST_SIDE; 2])?;
     let mut texture = Texture::from_rgba8(width, height, texels);
     let kept = texture.mips.iter().position(|mip| mip.width.max(mip.height) <= max_side.max(1)).unwrap_or(0);
     texture.mips.drain(..kept);
@@ -30,17 +30,25 @@ pub fn decode_texture(bytes: &[u8], max_side: u32) -> Result<Texture> {
 /// # Errors
 /// As [`decode_texture`].
 pub fn decode_picture(bytes: &[u8]) -> Result<Target> {
-    let (width, height, color) = decode_rgba(bytes)?;
+    decode_picture_within(bytes, [LARGEST_SIDE; 2])
+}
+
+/// The same of pictures that have at most so many pixels across and down: nothing larger is decoded.
+///
+/// # Errors
+/// As [`decode_texture`], also for a larger one.
+pub fn decode_picture_within(bytes: &[u8], largest: [u32; 2]) -> Result<Target> {
+    let (width, height, color) = decode_rgba(bytes, largest)?;
     let depth = vec![1.0; color.len()];
     Ok(Target { width, height, color, depth })
 }
 
-fn decode_rgba(bytes: &[u8]) -> Result<(u32, u32, Vec<[u8; 4]>)> {
+fn decode_rgba(bytes: &[u8], largest: [u32; 2]) -> Result<(u32, u32, Vec<[u8; 4]>)> {
     let refused = |error: &dyn std::fmt::Display| Error::Image(error.to_string());
     let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|e| refused(&e))?;
     let mut limits = Limits::default();
-    limits.max_image_width = Some(LARGEST_SIDE);
-    limits.max_image_height = Some(LARGEST_SIDE);
+    limits.max_image_width = Some(largest[0]);
+    limits.max_image_height = Some(largest[1]);
     limits.max_alloc = Some(LARGEST_ALLOC);
     reader.limits(limits);
     let image = reader.decode().map_err(|e| refused(&e))?;

@@ -299,8 +299,8 @@ pub struct BakeArgs {
     pub animation_layout: Option<LayoutWord>,
     /// Draw each character small from around, PX texels (a power of two from 8 to 128) a picture, at up to eight moments of a clip: `crowdplay
     /// --impostors` then shows those who are a few pixels high as one such picture. 16 texels do for people of 15 pixels; twice as many
-    /// take three times the bytes. 0: none [default: 0, or 16 without PX].
-    #[arg(long, value_parser = parse_impostors, num_args = 0..=1, default_missing_value = "16", value_name = "PX", help_heading = "How to bake")]
+    /// take three times the bytes. 0: none [default: 0].
+    #[arg(long, value_parser = parse_impostors, value_name = "PX", help_heading = "How to bake")]
     pub impostors: Option<u32>,
     /// Refuse a character whose file had to be repaired (what the import warns of, triangles left out), or whose levels do not
     /// reach a share asked for (exit code 5).

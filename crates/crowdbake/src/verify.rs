@@ -85,10 +85,12 @@ fn check_impostors(contents: &PackContents) -> Check {
         ];
         for (start, count) in places {
             let bytes = &contents.impostor_bytes[start as usize..][..count as usize];
-            let picture = crowd_raster::decode_picture(bytes).map_err(|error| format!("impostors {index}: {error}"))?;
+            let promised = [record.width(), record.height()];
+            let largest = promised.map(|side| u32::try_from(side).unwrap_or(u32::MAX));
+            let picture = crowd_raster::decode_picture_within(bytes, largest)
+                .map_err(|error| format!("impostors {index}: {error}, promised {promised:?} texels"))?;
             let found = [picture.width, picture.height].map(u64::from);
-            if found != [record.width(), record.height()] {
-                let promised = [record.width(), record.height()];
+            if found != promised {
                 return Err(format!("impostors {index}: found {found:?} texels, promised {promised:?}"));
             }
         }

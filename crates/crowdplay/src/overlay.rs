@@ -327,7 +327,8 @@ fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
             ui.selectable_value(&mut knobs.draw.shadows, maps, word);
         }
     });
-    ui.add(Slider::new(&mut knobs.sight_m, 0.0..=1000.0).text("sight in fog, m"))
+    let sight = Slider::new(&mut knobs.sight_m, 0.0..=1000.0).clamping(egui::SliderClamping::Edits);
+    ui.add(sight.text("sight in fog, m"))
         .on_hover_text("Metres after which a twentieth is left of what is seen; 0: no fog");
     if knobs.draw.technique == Technique::Reform {
         ui.horizontal(|ui| {

@@ -50,7 +50,7 @@ pub fn select_casters(
         };
         let seen = match choices[i].vertex_count {
             // A picture throws the shadow of the coarsest mesh.
-            IMPOSTOR_VERTICES => {
+            IMPOSTOR_VERTICES if coarsest.vertex_count > IMPOSTOR_VERTICES => {
                 LodChoice { vertex_count: coarsest.vertex_count, triangle_count: coarsest.triangle_count }
             }
             _ => choices[i],

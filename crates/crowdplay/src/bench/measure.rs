@@ -207,7 +207,8 @@ fn measure_count(
     let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
     let mut picture_with = |instances: &[InstanceRecord], variant: Variant, budget: u32| {
         let options = variant.options(plan.detail.draw);
-        let config = variant.config(FrameConfig { budget, ..config });
+        // All of N: what is left over to keep levels still would be a share of another N, and depend on the picture before.
+        let config = variant.config(FrameConfig { budget, slack: 0, ..config });
         backend.set_instances(instances)?;
         backend.bake(&crowd, &config, options)?;
         let totals = backend.draw(&config, options)?;

@@ -108,7 +108,7 @@ pub struct Row {
 /// A budget that gives a picture as near to full detail as another technique's.
 #[derive(Debug, Clone, Copy, Serialize, Default, PartialEq)]
 pub struct EqualImage {
-    /// Vertices a frame, to a hundredth.
+    /// N, to a hundredth.
     pub budget: u32,
     /// Triangles drawn with it.
     pub triangles: u32,
