@@ -10,7 +10,7 @@ use crowd_lod::{
 /// Frames that the mean is taken over.
 const MEAN_FRAMES: u32 = 8;
 /// Levels that each name a frame in which they are worst.
-const LEVELS_ASKED: usize = 6;
+const LEVELS_ASKED: usize = 16;
 /// Points a side and frame that the mean is taken over.
 pub const SAMPLES_PER_FRAME: u32 = 500;
 /// Points and frames that look for layers that have come through each other.
