@@ -77,7 +77,7 @@ impl Impostors {
         self.width() * self.tile_px as usize * self.elevation_count as usize
     }
 
-    /// Vertices for the GPU, [`VERTEX_WORDS`] each: of every character the corners of its impostor, then the vertices of its coarsest mesh.
+    /// Vertices for the GPU, `VERTEX_WORDS` each: of every character the corners of its impostor, then the vertices of its coarsest mesh.
     pub fn vertices(&self, data: &CrowdData) -> Vec<[u32; VERTEX_WORDS]> {
         let mut vertices: Vec<[u32; VERTEX_WORDS]> = Vec::new();
         let mut first_pose = 0;
