@@ -8,6 +8,7 @@ use crate::inspect::AnimationInspection;
 use crate::ordered_mesh::OrderedMesh;
 use crate::plan::{Plan, PlanEntry};
 use crate::pose::{Mat3x4, pose_positions};
+use crate::select_clips::{matching_clips, select_clips};
 use crate::store_animation::{StoredAnimation, store_animation};
 use crate::talk::Talk;
 use crate::unpack::{Unpacked, triangle_target};
@@ -15,7 +16,7 @@ use crate::views::{self, QuantizedMesh};
 use crowd_anim::{Bounds, FootContacts, SampledClip};
 use crowd_lod::{CollapseOrder, Criteria, FrameReport, LodMesh, LodOptions, LodPoses};
 use crowd_pack::{AnimationLayout, ManifestTarget, PackContents};
-use crowd_source::{Limits, RawCharacter, RawClip, Warning};
+use crowd_source::{Limits, RawCharacter, Warning};
 use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;
@@ -226,16 +227,6 @@ pub fn warning_sentence(warning: &Warning) -> String {
     format!("{code} x {count}: {place}: {message}")
 }
 
-/// Clips whose name equals one of `patterns` or matches it; all patterns must find something.
-fn select_clips(clips: Vec<RawClip>, patterns: &[String]) -> Result<Vec<RawClip>, Cause> {
-    let mut kept = vec![false; clips.len()];
-    for asked in patterns {
-        let names = clips.iter().map(|clip| clip.name.as_str());
-        matching_clips(names, asked)?.into_iter().for_each(|index| kept[index] = true);
-    }
-    Ok(clips.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(clip, _)| clip).collect())
-}
-
 /// Samples all clips, or the pose at rest where there is none; and the pose at rest for pictures and the height.
 pub(crate) fn sample_clips(raw: &RawCharacter, fps: f32) -> Result<(Vec<SampledClip>, Vec<Mat3x4>), Cause> {
     let frames = raw.clips.iter().map(|clip| (f64::from(views::clip_end_s(clip)) * f64::from(fps)).ceil() + 1.0);
@@ -284,19 +275,6 @@ fn frame_factors(
     }
     let frames = kept.iter().zip(&factors);
     Ok(frames.flat_map(|(clip, &factor)| std::iter::repeat_n(factor, clip.frame_count as usize)).collect())
-}
-
-/// Indices of the clips whose name equals `asked` or matches it; at least one.
-fn matching_clips<'a>(names: impl Iterator<Item = &'a str> + Clone, asked: &str) -> Result<Vec<usize>, Cause> {
-    let pattern = glob::Pattern::new(asked).ok();
-    let matches = |name: &str| name == asked || pattern.as_ref().is_some_and(|pattern| pattern.matches(name));
-    let found: Vec<usize> = names.clone().enumerate().filter(|(_, name)| matches(name)).map(|(i, _)| i).collect();
-    if !found.is_empty() {
-        return Ok(found);
-    }
-    let names: Vec<&str> = names.collect();
-    let found = if names.is_empty() { "no clips at all".to_owned() } else { names.join(", ") };
-    Err(Cause::ClipNotFound { asked: asked.to_owned(), found })
 }
 
 fn simplify(
@@ -586,10 +564,6 @@ mod tests {
     use super::*;
     use crowd_anim::RootMotion;
 
-    fn clips(names: &[&str]) -> Vec<RawClip> {
-        names.iter().map(|name| RawClip { name: (*name).to_owned(), tracks: Vec::new() }).collect()
-    }
-
     #[test]
     fn a_clip_counts_by_its_time_however_few_frames_are_kept() {
         let clip = |(name, frame_count): (&str, u32)| SampledClip {
@@ -616,18 +590,5 @@ mod tests {
         assert_eq!(sentence(32, "triangles were left out"), "odd x 32: mesh: triangles were left out");
         assert_eq!(sentence(32, "32 triangles were left out"), "odd: mesh: 32 triangles were left out");
         assert_eq!(sentence(1, "the extension is ignored"), "odd: mesh: the extension is ignored");
-    }
-
-    #[test]
-    fn clips_keep_their_order_and_every_pattern_must_match() {
-        let all = || clips(&["Idle", "Walking_A", "Run", "Walking_B", "odd[name]"]);
-        let kept = select_clips(all(), &["Run".into(), "Walk*".into(), "odd[name]".into()]).unwrap();
-        assert_eq!(
-            kept.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
-            ["Walking_A", "Run", "Walking_B", "odd[name]"]
-        );
-        let refusal = select_clips(all(), &["Idle".into(), "Swim".into()]).unwrap_err().to_string();
-        assert!(refusal.contains("`Swim`") && refusal.contains("Walking_A"), "{refusal}");
-        assert!(select_clips(Vec::new(), &["Idle".into()]).unwrap_err().to_string().contains("no clips at all"));
     }
 }

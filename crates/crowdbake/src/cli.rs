@@ -109,7 +109,7 @@ Inputs:
 Examples:
   crowdbake bake knight.glb wolf.glb -o cast.crowdpack
   crowdbake bake crowd.toml -o cast.crowdpack --report bake.json
-  crowdbake bake characters/ -o cast.crowdpack --clips 'Idle,Walk*,Run*' --fps 24
+  crowdbake bake characters/ -o cast.crowdpack --clips '*idle*,*walk*,*run*' --fps 24
   crowdbake bake knight.glb -o knight.crowdpack --lod-ratio 50%,25%,10% --refit   then export --lod all
   crowdbake bake knight.glb -o knight.crowdpack --px 1@720,1@240,1@80";
 
@@ -170,7 +170,8 @@ pub struct BakeOptions {
     /// Frames a second at which clips are sampled, 1 to 240 [default: 30].
     #[arg(long, value_parser = parse_fps, value_name = "N")]
     pub fps: Option<f32>,
-    /// Clips to keep: names or patterns, separated by commas [default: all].
+    /// Clips to keep: names or patterns (`*walk*`, in any case), separated by commas; every name has to be there, and of patterns one
+    /// that finds a clip [default: all].
     #[arg(long, value_delimiter = ',', value_name = "CLIP,...")]
     pub clips: Option<Vec<String>>,
     /// Frames that the error is averaged over [default: auto].

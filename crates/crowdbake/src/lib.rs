@@ -30,6 +30,7 @@ pub mod plan;
 pub mod pose;
 pub mod report;
 pub mod report_page;
+mod select_clips;
 pub mod store_animation;
 mod surface_warnings;
 pub mod survey;
