@@ -41,9 +41,8 @@ impl Walk {
         Self { clip, contacts: feet.contacts, gait, raw }
     }
 
-    /// The lowest point of each foot in the world, for somebody who has walked for `time_s` at `speed` times the clip's own; nothing for
-    /// feet that do not stand.
-    fn feet(&self, gait: GaitClip, speed: f32, time_s: f32) -> Vec<Option<(usize, Vec3)>> {
+    /// Somebody who has walked for `time_s` at `speed` times the clip's own: the clip's time, and where each vertex is in the world.
+    fn posed(&self, gait: GaitClip, speed: f32, time_s: f32) -> (f32, impl Fn(usize) -> Vec3) {
         let walked_m = self.gait.ground_speed_m_s * speed * time_s;
         let cast =
             Cast { movers: vec![Mover { clips: [gait; 3], scale: 1.0, run_ahead_turns: 0.0 }], seed: 0, fade_s: 0.0 };
@@ -61,20 +60,22 @@ impl Walk {
         let one = cast.instance(&walker, time_s);
         let clip_s = (time_s + one.phase_s).rem_euclid(self.clip.duration_s);
         let palette = self.palette(clip_s);
+        let turn = Mat3::from_rotation_y(one.yaw_rad);
+        (clip_s, move |vertex| one.position + turn * (self.skin(vertex, &palette) * one.scale))
+    }
+
+    /// The lowest point of each foot in the world; nothing for feet that do not stand.
+    fn feet(&self, gait: GaitClip, speed: f32, time_s: f32) -> Vec<Option<(usize, Vec3)>> {
+        let (clip_s, place) = self.posed(gait, speed, time_s);
         let stands = |contact: &FootContact| {
             let margin = MARGIN * (contact.end_s - contact.start_s);
             (contact.start_s + margin..contact.end_s - margin).contains(&clip_s)
         };
-        let turn = Mat3::from_rotation_y(one.yaw_rad);
-        self.contacts
-            .iter()
-            .map(|contact| {
-                let own = (0..self.raw.mesh.positions.len()).filter(|&v| self.leading(v) == contact.joint);
-                let points = own.map(|v| (v, self.skin(v, &palette)));
-                let lowest = points.min_by(|a, b| a.1.y.total_cmp(&b.1.y)).filter(|_| stands(contact))?;
-                Some((lowest.0, one.position + turn * (lowest.1 * one.scale)))
-            })
-            .collect()
+        let lowest = |contact: &FootContact| {
+            let own = (0..self.raw.mesh.positions.len()).filter(|&v| self.leading(v) == contact.joint);
+            own.map(|v| (v, place(v))).min_by(|a, b| a.1.y.total_cmp(&b.1.y)).filter(|_| stands(contact))
+        };
+        self.contacts.iter().map(lowest).collect()
     }
 
     fn leading(&self, vertex: usize) -> u32 {
@@ -125,11 +126,42 @@ impl Walk {
         sum / count as f32
     }
 
+    /// Median speed over the ground of the body's lowest point, metres a second, by looks in which it is as low as it is half of the time:
+    /// knows nothing of contacts or joints.
+    fn lowest_slide(&self, gait: GaitClip, speed: f32) -> f32 {
+        let look_s = self.clip.duration_s / LOOKS as f32;
+        let mut steps: Vec<(f32, f32)> = Vec::new();
+        for look in 0..LOOKS {
+            let time_s = 10.0 + look as f32 * look_s;
+            let (_, place) = self.posed(gait, speed, time_s);
+            let (_, place_after) = self.posed(gait, speed, time_s + look_s * 0.25);
+            let points = (0..self.raw.mesh.positions.len()).map(|vertex| (vertex, place(vertex)));
+            let (vertex, before) = points.min_by(|a, b| a.1.y.total_cmp(&b.1.y)).expect("a body");
+            let way = (place_after(vertex) - before) * Vec3::new(1.0, 0.0, 1.0);
+            steps.push((before.y, way.length() / (look_s * 0.25)));
+        }
+        steps.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let mut speeds: Vec<f32> = steps[..LOOKS / 2].iter().map(|step| step.1).collect();
+        speeds.sort_unstable_by(f32::total_cmp);
+        speeds[speeds.len() / 2]
+    }
+
     /// Slides of standing feet, on the way and where the clip plays at its own rate, mean of a slow and a fast walker; metres a second.
     fn slides(&self) -> [f32; 3] {
+        self.ways().map(|gait| 0.5 * (self.slide(gait, 0.5) + self.slide(gait, 2.0)))
+    }
+
+    /// The same of the lowest point, on the way and at the clip's own rate.
+    fn lowest_slides(&self) -> [f32; 2] {
+        let [rooted, _, unscaled] = self.ways();
+        [rooted, unscaled].map(|gait| 0.5 * (self.lowest_slide(gait, 0.5) + self.lowest_slide(gait, 2.0)))
+    }
+
+    /// On the way, without the root's path, and at the clip's own rate.
+    fn ways(&self) -> [GaitClip; 3] {
         let even = GaitClip { root_path: RootPath::default(), ..self.gait };
         let unscaled = GaitClip { ground_speed_m_s: 0.0, ..even };
-        [self.gait, even, unscaled].map(|gait| 0.5 * (self.slide(gait, 0.5) + self.slide(gait, 2.0)))
+        [self.gait, even, unscaled]
     }
 }
 
@@ -137,7 +169,7 @@ fn cast(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/good").join(format!("{name}.glb"))
 }
 
-fn check(path: &Path, clip: &str, most: f32) {
+fn check(path: &Path, clip: &str, most: f32) -> Walk {
     let walk = Walk::of(path, clip);
     let [rooted, even, unscaled] = walk.slides();
     println!(
@@ -148,13 +180,18 @@ fn check(path: &Path, clip: &str, most: f32) {
         even / unscaled,
     );
     assert!(rooted <= most * unscaled, "{path:?} {clip}: {rooted} of {unscaled} m/s");
+    walk
 }
 
 #[test]
 fn standing_feet_of_the_cast_stay() {
     for name in ["anselm", "mara", "oskar", "pip", "gnu", "zebra"] {
-        check(&cast(name), "walk", 0.1);
-        check(&cast(name), "run", 0.1);
+        for clip in ["walk", "run"] {
+            let [rooted, unscaled] = check(&cast(name), clip, 0.1).lowest_slides();
+            println!("  the lowest point of the body: {rooted:.3} of {unscaled:.3} m/s: {:.3}", rooted / unscaled);
+            // The cast swings no foot through the ground (made by hand, some do), so what is lowest stands. It rolls from heel to toe.
+            assert!(rooted <= 0.15 * unscaled, "{name} {clip}: {rooted} of {unscaled} m/s");
+        }
     }
 }
 

@@ -19,7 +19,7 @@ pub(crate) const STANDING_SHARE: f32 = 0.5;
 /// A clip whose soles are planted in a smaller share of its time does not walk.
 const LEAST_PLANTED: f32 = 0.3;
 /// Nor does one that sways, slower than this share of the height a second.
-const STILL_SHARE: f32 = 0.05;
+const SWAYING_SHARE: f32 = 0.05;
 /// Nor does one that ends this far from where it began, as a share of the height: a fall, lying down.
 const LOOP_SHARE: f32 = 0.1;
 /// The steps of points that agree best, as a share of them, tell the speed: feet roll, and swing low between.
@@ -78,7 +78,7 @@ pub(crate) fn walking_velocity(soles: &Soles, clip: &SampledClip) -> Option<[f32
         let over_ground = [root[0] - x, root[1] - z];
         let speed = speed_of(over_ground);
         let agree = spread_x.max(spread_z) <= speed;
-        let walks = speed.is_finite() && agree && speed >= STILL_SHARE * soles.height;
+        let walks = speed.is_finite() && agree && speed >= SWAYING_SHARE * soles.height;
         walks.then(|| even_out(soles, over_ground, root))
     });
     let disagreement = |&over_ground: &[f32; 2]| disagreement(soles, over_ground, root);

@@ -24,6 +24,11 @@ const HEADING: &str = "# crowd waypoints v1";
 const MOST_POINTS: usize = 100_000;
 /// Around a corner people turn within this much of their way, each side.
 const TURN_M: f32 = 0.6;
+/// How fast people walk, metres a second, and how much faster or slower the fastest and the slowest do.
+const MEAN_PACE_M_S: f32 = 1.3;
+const PACE_SPREAD_M_S: f32 = 0.3;
+/// The fastest walk this far in the time that a gait lasts at least.
+const SHORTEST_LEG_M: f32 = (MEAN_PACE_M_S + PACE_SPREAD_M_S) * Gait::SHORTEST_S;
 
 /// Closed ways, at least one, each of at least two different points.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,7 +135,7 @@ impl Waypoints {
                 }
                 start -= route.length_m();
             }
-            let pace_m_s = 1.3 + 0.3 * dice.around_zero(Purpose::Pace);
+            let pace_m_s = MEAN_PACE_M_S + PACE_SPREAD_M_S * dice.around_zero(Purpose::Pace);
             chosen.walker(id, start.clamp(0.0, chosen.length_m()), pace_m_s, dice.around_zero(Purpose::X), time_s)
         }));
     }
@@ -153,6 +158,7 @@ impl Route {
         if kept.len() < 2 {
             return None;
         }
+        join_waits(&mut kept);
         let count = kept.len();
         let direction = |i: usize| (kept[(i + 1) % count].0 - kept[i].0).normalize_or(Vec2::X);
         let right = |d: Vec2| Vec2::new(-d.y, d.x);
@@ -256,6 +262,33 @@ impl Route {
     }
 }
 
+/// Where two waits lie so near to each other that nobody gets into their stride between them, all the waiting is done at the first.
+fn join_waits(points: &mut [(Vec2, f32)]) {
+    let count = points.len();
+    let long = |points: &[(Vec2, f32)], i: usize| points[i].1 >= Gait::SHORTEST_S;
+    let Some(first) = (0..count).find(|&i| long(points, i)) else { return };
+    let (mut waits_at, mut since_m) = (first, 0.0);
+    for step in 1..count {
+        let (before, i) = ((first + step - 1) % count, (first + step) % count);
+        since_m += points[before].0.distance(points[i].0);
+        if !long(points, i) {
+            continue;
+        }
+        if since_m < SHORTEST_LEG_M {
+            points[waits_at].1 += std::mem::take(&mut points[i].1);
+        } else {
+            (waits_at, since_m) = (i, 0.0);
+        }
+    }
+    // Around the end of the way to where it began.
+    let rest_m: f32 = since_m + points[(first + count - 1) % count].0.distance(points[first].0);
+    if rest_m < SHORTEST_LEG_M {
+        let wait_s = std::mem::take(&mut points[first].1);
+        // Where that is the only one, the way is too short for anyone to stop on.
+        points[waits_at].1 += if waits_at == first { 0.0 } else { wait_s };
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -285,6 +318,24 @@ mod tests {
             }
         }
         assert!(stood > 100, "people wait");
+    }
+
+    #[test]
+    fn nobody_walks_for_less_than_a_gait_lasts_between_two_waits() {
+        let heading = "# crowd waypoints v1\nroute 0\n";
+        // Waits 0.5 m apart, along the way and around its end.
+        for (route, rounds_wait_s) in [("0 0 2\n0.5 0 3\n9 0\n9 9 1\n", 6.0), ("0 0 2\n9 0\n9 9 1\n0 0.5 3\n", 6.0)] {
+            let ways = Waypoints::parse(&format!("{heading}{route}")).expect("good");
+            assert_eq!(ways.routes[0].wait_s, rounds_wait_s, "nobody waits longer or shorter");
+            for id in 0..8 {
+                let gaits: Vec<Gait> = (0..8000).map(|step| at(&ways, 8, step as f32 * 0.01)[id].gait).collect();
+                let lasts: Vec<usize> = gaits.chunk_by(|a, b| a == b).map(<[Gait]>::len).collect();
+                assert!(lasts.len() > 4, "they stand and walk");
+                assert!(lasts[1..lasts.len() - 1].iter().all(|&steps| steps >= 49), "{lasts:?}");
+            }
+        }
+        let tiny = Waypoints::parse(&format!("{heading}0 0 2\n0.2 0\n")).expect("good");
+        assert!(at(&tiny, 1, 7.0)[0].gait == Gait::Walk, "too short to stop on");
     }
 
     /// The gait and since when, seen by looking often, are what walkers say; nobody stands for a wait that is too short for it.
