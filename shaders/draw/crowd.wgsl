@@ -195,6 +195,38 @@ fn bucketed_caster(vertex: MeshVertex, owner: Owner) -> @builtin(position) vec4f
     return config.clip_from_world * vec4f(drawn.position + turn_by(drawn.turn, local * drawn.scale), 1.0);
 }
 
+// A vertex in the character's own space: where the crowd's own pass has skinned it, read; else skinned here. Loops of one turn or none, since
+// adapters that pay for both sides of an `if` pass a loop by where nobody of a group takes a turn.
+fn borrowed_place(drawn: DrawnInstance, vertex: MeshVertex, number: u32) -> vec3f {
+    var local = vec3f(0.0);
+    for (var is_lent = drawn.vertex_base != NONE; is_lent; is_lent = false) {
+        let at = skinned[drawn.vertex_base + number];
+        local = vec3f(at.x, at.y, at.z);
+    }
+    for (var is_alone = drawn.vertex_base == NONE; is_alone; is_alone = false) {
+        let rows = skin_matrix(vertex.skin, vertex.skin, 1.0, drawn);
+        local = vec4f(bitcast<vec3f>(vertex.place.xyz), 1.0) * rows;
+    }
+    return local;
+}
+
+// The casters of `bucketed_caster` with the vertices of `skin_vertices`.
+@vertex
+fn borrowed_caster(vertex: MeshVertex, @location(4) origin: vec4u, owner: Owner) -> @builtin(position) vec4f {
+    let drawn = drawn_of(owner);
+    let local = borrowed_place(drawn, vertex, origin.w);
+    return config.clip_from_world * vec4f(drawn.position + turn_by(drawn.turn, local * drawn.scale), 1.0);
+}
+
+// The same with what `mask` reads.
+@vertex
+fn borrowed_masked(vertex: MeshVertex, @location(4) origin: vec4u, owner: Owner) -> Surface {
+    let drawn = drawn_of(owner);
+    let home = at_home(vertex);
+    let local = borrowed_place(drawn, vertex, origin.w);
+    return surface_of(drawn, local, home.normal, home.uv, home.color, vertex.looks.w);
+}
+
 // One draw a bucket between two levels: a vertex that the coarser one lacks comes from where that has it, with its normal, texture
 // coordinates, colour and matrix. Twin: pose_between in crowd-stages/src/cpu/pose_instance.rs.
 @vertex

@@ -9,6 +9,8 @@
 // What the camera sees.
 @group(0) @binding(6) var<storage, read> choices: array<LodChoice>;
 @group(0) @binding(7) var<storage, read_write> casters: array<LodChoice>;
+@group(0) @binding(8) var<storage, read> bucket_sets: array<BucketSet>;
+@group(0) @binding(9) var<storage, read> buckets: array<BucketRecord>;
 
 // Half texels at a map's rim that may not be read: those of the filter and of the offsets along normals.
 const FINER_TEXELS: f32 = 16.0;
@@ -52,6 +54,23 @@ fn dots_of(radius: f32, cascade: Cascade, coarsest: LodRecord) -> u32 {
     return dots;
 }
 
+// The level next coarser than that of so many vertices, or the coarsest.
+fn coarser_than(character: u32, vertex_count: u32) -> LodChoice {
+    let levels = bucket_sets[character];
+    var low = 0u;
+    var high = levels.level_count;
+    while low + 1u < high {
+        let middle = (low + high) / 2u;
+        if buckets[bucket_of_level(levels, middle)].vertex_count <= vertex_count {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let coarser = buckets[bucket_of_level(levels, max(low, 1u) - 1u)];
+    return LodChoice(coarser.vertex_count, coarser.triangle_count);
+}
+
 @compute @workgroup_size(BLOCK_SIZE)
 fn select_casters(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let i = group_number(workgroup) * BLOCK_SIZE + lane;
@@ -75,6 +94,9 @@ fn select_casters(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
     if seen.vertex_count == IMPOSTOR_VERTICES && coarsest.vertex_count > IMPOSTOR_VERTICES {
         // A picture throws the shadow of the coarsest mesh.
         seen = LodChoice(coarsest.vertex_count, coarsest.triangle_count);
+    } else if config.morph == 1u && seen.vertex_count > coarsest.vertex_count {
+        // It is on its way from there.
+        seen = coarser_than(instance.character, seen.vertex_count);
     }
     let dots = dots_of(radius, cascade, coarsest);
     if dots > 0u {

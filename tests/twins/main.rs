@@ -19,6 +19,7 @@ mod join_phases;
 mod key_instances;
 mod key_points;
 mod key_poses;
+mod lend_vertices;
 mod memory;
 mod occlusion;
 mod orphans;

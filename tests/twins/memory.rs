@@ -17,6 +17,7 @@ fn asking() -> Vec<Vec<DrawOptions>> {
     let mut all: Vec<Vec<DrawOptions>> =
         Technique::ALL.into_iter().filter(|t| *t != Technique::StaticFloor).map(|t| vec![vertex(t)]).collect();
     all.extend([vec![compute], vec![shared], vec![occluded], vec![shaded]]);
+    all.push(vec![DrawOptions { shadows: 2, ..compute }]);
     all.push(vec![vertex(Technique::Reform), compute, occluded, shaded]);
     all
 }

@@ -30,6 +30,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "flock",
         "impostor_textures",
         "kernel",
+        "lending",
         "memory_use",
         "occlusion",
         "open_device",

@@ -45,6 +45,8 @@ fn on_gpu(casting: &Casting, step: &CascadeStep) -> Vec<LodChoice> {
         &gpu::storage(&buckets().error_lods()),
         &gpu::storage(choices),
         &casters,
+        &gpu::storage(&buckets().sets),
+        &gpu::storage(&buckets().records),
     );
     gpu::run(|pass| stage.record(pass, &bound, case.count()));
     gpu::read(&casters, choices.len())
@@ -52,7 +54,8 @@ fn on_gpu(casting: &Casting, step: &CascadeStep) -> Vec<LodChoice> {
 
 fn on_cpu(casting: &Casting, data: &CrowdData, step: &CascadeStep) -> Vec<LodChoice> {
     let Casting { case, shadow, choices } = casting;
-    cpu::select_casters(data, &buckets().error_lods(), &case.instances, choices, shadow, step, &case.config)
+    let lods = buckets().error_lods();
+    cpu::select_casters(data, buckets(), &lods, &case.instances, choices, shadow, step, &case.config)
 }
 
 /// The data with spheres a little larger or smaller.
@@ -75,6 +78,7 @@ fn casters_agree_for_all_sizes_and_cascades() {
         let mut casting = casting(case);
         for (cascade, has_dots) in (0..4).flat_map(|cascade| [(cascade, false), (cascade, true)]) {
             casting.case.config.dot_area_px2 = if has_dots { 200.0 } else { 0.0 };
+            casting.case.config.morph = u32::from(cascade > 1);
             let step = step(cascade, cascade % 2);
             let expected = on_cpu(&casting, casting.case.data, &step);
             let found = on_gpu(&casting, &step);
@@ -123,6 +127,26 @@ fn casters_are_at_most_as_fine_as_what_the_camera_sees() {
             assert!(seen.vertex_count == 0 || caster.vertex_count <= seen.vertex_count);
         }
     }
+}
+
+#[test]
+fn where_levels_morph_casters_are_coarser_than_what_the_camera_sees() {
+    let mut casting = casting(case(1000, 30, Weight::Area));
+    casting.case.config.morph = 1;
+    // As for one who allows no error.
+    casting.shadow.cascades.iter_mut().for_each(|cascade| cascade.details_per_m = f32::MAX);
+    let coarsest =
+        |i: usize| casting.case.data.characters[casting.case.instances[i].character as usize].min_vertex_count;
+    let mut coarser = 0;
+    for cascade in 0..4 {
+        let casters = on_cpu(&casting, casting.case.data, &step(cascade, 1));
+        for (i, (caster, seen)) in casters.iter().zip(&casting.choices).enumerate() {
+            let both = caster.vertex_count > 0 && seen.vertex_count > 0;
+            assert!(!both || caster.vertex_count < seen.vertex_count || caster.vertex_count == coarsest(i));
+            coarser += u32::from(both && caster.vertex_count < seen.vertex_count);
+        }
+    }
+    assert!(coarser > 100, "{coarser}");
 }
 
 /// Where a point in the view looks for its shadow, as `shaders/shared/shadow.wgsl` does.

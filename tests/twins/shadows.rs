@@ -4,7 +4,9 @@ use crate::cases::data;
 use crate::occlusion::{HEIGHT, ON, WIDTH, renderer as street_renderer, street};
 use crate::whole_chain::{OPTIONS, draw, renderer};
 use crowd_stages::gpu::CrowdRenderer;
-use crowd_stages::{DrawOptions, FrameConfig, FrameView, InstanceRecord, SUN_DIRECTION, Technique, Weight};
+use crowd_stages::{
+    DrawOptions, DrawnInstance, FrameConfig, FrameView, InstanceRecord, SUN_DIRECTION, Skinning, Technique, Weight,
+};
 use crowd_tests::gpu::{self, Picture};
 use crowd_tests::synthetic;
 use glam::{Mat4, Vec3};
@@ -128,6 +130,50 @@ fn dots_throw_as_much_shadow_as_meshes() {
     let [meshes, dots] = [0.0, 200.0].map(&mut shade_of);
     assert!(meshes > 0 && dots != meshes, "somebody is dots for the sun");
     assert!((0.7..1.4).contains(&(dots as f32 / meshes as f32)), "{meshes} of meshes, {dots} of dots");
+}
+
+/// Vertices that the crowd's own pass has skinned serve the maps, too; who is not in that pass skins its own.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn casters_with_vertices_of_the_crowds_own_pass_throw_the_same_shadows() {
+    let mut instances = synthetic::instances(data(), 300);
+    let view = view(Vec3::new(3.0, 4.0, 14.0), Vec3::ZERO, 0.5);
+    let picture = Picture::new((WIDTH, HEIGHT));
+    let way = |skinning| DrawOptions { skinning, ..SHADED };
+    // Some fade; all are shown between levels.
+    instances.iter_mut().step_by(3).for_each(|i| (i.leaving_clip, i.leaving_share) = (i.clip, 0.4));
+    let mut renderer = renderer(OPTIONS, &instances);
+    for (budget, no_morph, occlusion, dot_area_px2) in [
+        (9000, false, false, 0.0),
+        (9000, true, false, 0.0),
+        (20_000, false, true, 60.0),
+        (u32::MAX, false, false, 0.0),
+    ] {
+        let config = FrameConfig { budget, dot_area_px2, ..FrameConfig::from_camera(&view) };
+        let mut of = |options: DrawOptions| {
+            let totals = draw(&mut renderer, &picture, &config, options);
+            (picture.pixels(), totals)
+        };
+        let [vertex, compute] = [Skinning::Vertex, Skinning::Compute]
+            .map(|skinning| of(DrawOptions { no_morph, occlusion, ..way(skinning) }));
+        let plain = of(DrawOptions { shadows: 0, no_morph, occlusion, ..way(Skinning::Vertex) }).0;
+        assert_eq!(vertex.1, compute.1);
+        let different = vertex.0.iter().zip(&compute.0).filter(|(a, b)| a != b).count();
+        assert_eq!(different, 0, "N = {budget}, no_morph {no_morph}, occlusion {occlusion}");
+        assert!(vertex.0.iter().zip(&plain).filter(|(a, b)| a != b).count() > 1000, "shadows are seen");
+    }
+    // Both kinds were there: who borrows, and who is not seen and skins its own.
+    let config = FrameConfig { budget: 9000, ..FrameConfig::from_camera(&view) };
+    draw(&mut renderer, &picture, &config, way(Skinning::Compute));
+    let read = |name| renderer.buffer(Technique::Bucketed, name).expect("a map was drawn").clone();
+    let keys: Vec<u32> = gpu::read(&read("casters"), instances.len());
+    let casters: Vec<DrawnInstance> = gpu::read(&read("drawn_casters"), instances.len());
+    let meshes = crate::cases::buckets().mesh_count;
+    let alone = |c: &DrawnInstance| c.vertex_base == crowd_pack::NONE;
+    let of_last: Vec<bool> = casters.iter().zip(&keys).filter(|(_, k)| **k < meshes).map(|(c, _)| alone(c)).collect();
+    let by_themselves = of_last.iter().filter(|alone| **alone).count();
+    println!("{by_themselves} of {} casters skin their own vertices", of_last.len());
+    assert!(by_themselves > 0 && by_themselves < of_last.len(), "{by_themselves} of {}", of_last.len());
 }
 
 #[test]

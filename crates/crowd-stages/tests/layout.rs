@@ -284,6 +284,7 @@ fn sources() -> Vec<(&'static str, String)> {
         ("key_instances", gpu::KeyInstances::source()),
         ("sort_instances", gpu::SortInstances::source()),
         ("select_casters", gpu::SelectCasters::source()),
+        ("lend_vertices", gpu::LendVertices::source()),
         ("recall_seen", gpu::RecallSeen::source()),
         ("build_pyramid", gpu::BuildPyramid::source()),
         ("test_occlusion", gpu::TestOcclusion::source()),

@@ -3,7 +3,9 @@
 use super::fill_budget::error_entry;
 use crate::cascades::SUN_DIRECTION;
 use crate::dispatch::{DOT_VERTICES, IMPOSTOR_VERTICES};
-use crate::{Cascade, CascadeStep, CrowdData, FrameConfig, InstanceRecord, LodChoice, ShadowConfig};
+use crate::{
+    BucketRecord, Buckets, Cascade, CascadeStep, CrowdData, FrameConfig, InstanceRecord, LodChoice, ShadowConfig,
+};
 use crowd_pack::LodRecord;
 use glam::{Mat4, Vec3, Vec4};
 
@@ -18,12 +20,15 @@ const DOTS_BELOW_TEXELS: f32 = 8.0;
 /// A caster's sphere meets the map's square, and the sphere drawn out along the sun's rays to the floor meets the camera's
 /// frustum; and not all of it is in the next finer map, where whatever it shades looks first. Its level is the coarsest whose measured error is
 /// at most two texels of the map, or dots where the camera may have some and it is less than eight texels high; never a finer one than the camera sees where `step.has_choices` says that `choices` has those, so that nobody is shaded by details they do not show.
+/// Where levels morph, what the camera sees is on its way from the next coarser level to its own: none finer than that coarser one, whose
+/// vertices all are at home.
 ///
 /// `error_lods`: of [`crate::Buckets::error_lods`]. Returns one choice per instance.
 ///
 /// Twin: `shaders/stages/select_casters.wgsl`. Equal unless a sphere touches a plane or the square's edge.
 pub fn select_casters(
     data: &CrowdData,
+    buckets: &Buckets,
     error_lods: &[LodRecord],
     instances: &[InstanceRecord],
     choices: &[LodChoice],
@@ -53,12 +58,24 @@ pub fn select_casters(
             IMPOSTOR_VERTICES if coarsest.vertex_count > IMPOSTOR_VERTICES => {
                 LodChoice { vertex_count: coarsest.vertex_count, triangle_count: coarsest.triangle_count }
             }
+            count if config.morph == 1 && count > coarsest.vertex_count => {
+                coarser_than(buckets, instance.character, count)
+            }
             _ => choices[i],
         };
         let sees_less = step.has_choices == 1 && seen.vertex_count > 0 && seen.vertex_count < vertex_count;
         if sees_less { seen } else { LodChoice { vertex_count, triangle_count } }
     };
     instances.iter().enumerate().map(of).collect()
+}
+
+/// The level next coarser than that of so many vertices, or the coarsest.
+fn coarser_than(buckets: &Buckets, character: u32, vertex_count: u32) -> LodChoice {
+    let levels = (0..buckets.sets[character as usize].level_count).map(|l| buckets.at(character, l));
+    let counts: Vec<&BucketRecord> = levels.map(|bucket| &buckets.records[bucket as usize]).collect();
+    let level = counts.iter().rposition(|record| record.vertex_count <= vertex_count).unwrap_or(0);
+    let BucketRecord { vertex_count, triangle_count, .. } = *counts[level.saturating_sub(1)];
+    LodChoice { vertex_count, triangle_count }
 }
 
 /// Dots for somebody of a few texels, about one a texel of their height and fewer vertices than the coarsest mesh; 0: the mesh.

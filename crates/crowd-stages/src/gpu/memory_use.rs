@@ -203,6 +203,8 @@ impl Sizes {
         4 * u64::from(side) * u64::from(side) * maps
             + bytes::<ShadowConfig>(1)
             + bytes::<LodChoice>(self.instances())
+            // Where each instance's vertices are.
+            + bytes::<u32>(self.instances())
             + bytes::<FrameTotals>(1)
             + bytes::<WeightSums>(1)
             + maps * (bytes::<FrameConfig>(1) + bytes::<CascadeStep>(1))

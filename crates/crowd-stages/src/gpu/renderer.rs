@@ -31,7 +31,7 @@ use std::time::{Duration, Instant};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
-pub const STAGES: [&str; 33] = [
+pub const STAGES: [&str; 34] = [
     "admit_instances",
     "play_motion",
     "hold_poses",
@@ -61,6 +61,7 @@ pub const STAGES: [&str; 33] = [
     "test_occlusion",
     "join_phases",
     "select_casters",
+    "lend_vertices",
     "cell_boids",
     "fill_cells",
     "steer_boids",
@@ -416,6 +417,7 @@ impl CrowdRenderer {
         }
         if options.shadows > 0 {
             self.fit_shadows(device, queue, shadow_side(size.1))?;
+            self.fit_lending(device, &options, skinning);
         }
         if options.holds_poses {
             self.prepare_holding(device);
@@ -550,6 +552,15 @@ impl CrowdRenderer {
         Ok(())
     }
 
+    /// Lets the casters have the vertices that the crowd's own pass skins beforehand, where it does.
+    fn fit_lending(&mut self, device: &wgpu::Device, options: &DrawOptions, skinning: Skinning) {
+        let painter = self.painters[options.technique.number()].as_ref().expect("prepared by the caller");
+        let lender = painter.lender().filter(|_| skinning == Skinning::Compute);
+        if let Some(shadows) = &mut self.shadows {
+            shadows.fit_lending(device, &self.crowd, &self.frame, &self.draw, lender);
+        }
+    }
+
     /// Sets up occlusion culling for pictures of that size, unless it is.
     fn fit_occlusion(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, size: (u32, u32)) -> Result<()> {
         let mut up = Uploader { device, queue, bytes: 0 };
@@ -577,7 +588,7 @@ impl CrowdRenderer {
         // Once: whoever asks for another way by name afterwards keeps what that needs.
         let is_over = options.skinning == Skinning::Auto && self.trial.take_end();
         let mut up = Uploader { device, queue, bytes: 0 };
-        let Self { crowd, frame, draw, options, painters, .. } = self;
+        let Self { crowd, frame, draw, options, painters, shadows, .. } = self;
         let painter = painters[Technique::Bucketed.number()].as_mut().expect("prepared by the caller");
         if way != Skinning::Vertex {
             let workshop = Workshop { up: &mut up, crowd, frame, draw, options };
@@ -590,6 +601,9 @@ impl CrowdRenderer {
         } else if is_over {
             painter.forget_skinning();
             self.memory.skinning = 0;
+            if let Some(shadows) = shadows {
+                shadows.fit_lending(device, crowd, frame, draw, None);
+            }
         }
         way
     }
@@ -679,6 +693,7 @@ impl CrowdRenderer {
             "sums" => Some(&self.frame.sums),
             "seen" | "tally" | "farthest" => self.occlusion.as_ref()?.buffer(name),
             "casters" => self.shadows.as_ref()?.buffer("sorted_keys"),
+            "drawn_casters" => self.shadows.as_ref()?.buffer("drawn"),
             _ => self.painters[technique.number()].as_ref()?.buffer(name),
         }
     }

@@ -21,7 +21,8 @@ impl SelectCasters {
 
     /// Compiles the stage.
     pub fn new(device: &wgpu::Device) -> Self {
-        let uses = [Use::Uniform, Use::Uniform, Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Read, Use::Write];
+        let [u, r, w] = [Use::Uniform, Use::Read, Use::Write];
+        let uses = [u, u, u, r, r, r, r, w, r, r];
         Self { kernel: Kernel::new(device, "select_casters", Self::source(), &["select_casters"], &uses) }
     }
 
@@ -37,8 +38,11 @@ impl SelectCasters {
         error_lods: &wgpu::Buffer,
         choices: &wgpu::Buffer,
         casters: &wgpu::Buffer,
+        bucket_sets: &wgpu::Buffer,
+        buckets: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
-        self.kernel.bind(device, &[config, shadow, step, instances, clips, error_lods, choices, casters])
+        let of_crowd = [instances, clips, error_lods, choices, casters, bucket_sets, buckets];
+        self.kernel.bind(device, &[&[config, shadow, step][..], &of_crowd].concat())
     }
 
     /// Records the dispatch for that many instances.

@@ -7,6 +7,7 @@ use super::bucket_draws::BucketDraws;
 use super::draw_crowd::{DEPTH, DrawCrowd};
 use super::draw_scenery::DrawScenery;
 use super::kernel::{Use, buffer_entry};
+use super::lending::{Lender, Lending};
 use super::renderer::RendererOptions;
 use super::select_casters::SelectCasters;
 use super::stage_recorder::StageRecorder;
@@ -18,7 +19,7 @@ use wgpu::BufferUsages as Usage;
 /// All that is done for the maps, as one stage in the times.
 pub(crate) const SHADOWS: &str = "shadows";
 /// Time stamps of a cascade.
-pub(crate) const STAMPS_A_CASCADE: u32 = 6;
+pub(crate) const STAMPS_A_CASCADE: u32 = 7;
 /// Against acne on what the sun grazes; the normal's offset in `shadow.wgsl` does the rest.
 const SLOPE_BIAS: f32 = 1.5;
 
@@ -107,6 +108,7 @@ pub(crate) struct Shadows {
     draws: BucketDraws,
     meshes: wgpu::RenderPipeline,
     dots: wgpu::RenderPipeline,
+    lending: Lending,
 }
 
 /// What differs from map to map.
@@ -143,8 +145,20 @@ impl Shadows {
             let config = up.empty::<FrameConfig>("caster config", 1, uniform, fewer)?;
             let step = up.empty::<CascadeStep>("cascade step", 1, uniform, fewer)?;
             let (shadow, lods) = (&light.config, &c.error_lods);
-            let bound =
-                select.bind(device, &f.config, shadow, &step, &f.instances, &c.clips, lods, &f.choices, &casters);
+            let (sets, buckets) = (&c.tables.bucket_sets, &c.tables.buckets);
+            let bound = select.bind(
+                device,
+                &f.config,
+                shadow,
+                &step,
+                &f.instances,
+                &c.clips,
+                lods,
+                &f.choices,
+                &casters,
+                sets,
+                buckets,
+            );
             let frame = FrameBuffers { config: config.clone(), ..f.clone() };
             cascades.push(CascadeDraw {
                 config,
@@ -167,7 +181,22 @@ impl Shadows {
             false => draw.caster_pipeline("bucketed_caster", None, inputs, caster_bias()),
         };
         let dots = draw.caster_pipeline("dots_caster", None, inputs, caster_bias());
-        Ok(Self { side, bytes: up.bytes, light, select, cascades, draws, meshes, dots })
+        let lent = up.empty::<u32>("lent vertices", options.max_instances.into(), written, fewer)?;
+        let lending = Lending::new(device, c, f, lent, draws.lists());
+        Ok(Self { side, bytes: up.bytes, light, select, cascades, draws, meshes, dots, lending })
+    }
+
+    /// Lets casters have the vertices of `lender`, or skin them by themselves.
+    pub(crate) fn fit_lending(
+        &mut self,
+        device: &wgpu::Device,
+        c: &CrowdBuffers,
+        f: &FrameBuffers,
+        draw: &DrawCrowd,
+        lender: Option<Lender<'_>>,
+    ) {
+        let configs = self.cascades.iter().map(|cascade| &cascade.config);
+        self.lending.fit(device, c, f, draw, configs, lender);
     }
 
     /// Draws the maps. `has_choices`: the levels that the camera sees are in the frame's buffers.
@@ -184,6 +213,7 @@ impl Shadows {
     ) {
         queue.write_buffer(&self.light.config, 0, bytemuck::bytes_of(shadow));
         recorder.group = Some(SHADOWS);
+        self.lending.record_lend(recorder, config.instance_count);
         let cascades = self.cascades.iter().zip(&shadow.cascades).take(shadow.cascade_count as usize);
         for (number, (cascade, place)) in cascades.enumerate() {
             // Levels by error do not morph; the key's stage would look for water.
@@ -198,6 +228,7 @@ impl Shadows {
             self.draws.record_keys(recorder, count);
             self.draws.record_sort(recorder, count);
             self.draws.record_drawn(recorder, count);
+            self.lending.record_borrow(recorder, count);
             let stamps = recorder.draw_stamps("cast", false);
             let mut pass = recorder.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("cast"),
@@ -216,8 +247,9 @@ impl Shadows {
             if let Some(scenery) = scenery {
                 scenery.cast(device, &mut pass, &cascade.config);
             }
-            pass.set_pipeline(&self.meshes);
-            pass.set_bind_group(0, &cascade.crowd, &[]);
+            let (meshes, crowd_bound) = self.lending.draws_with(number).unwrap_or((&self.meshes, &cascade.crowd));
+            pass.set_pipeline(meshes);
+            pass.set_bind_group(0, crowd_bound, &[]);
             self.draws.draw(&mut pass, crowd);
             if config.dot_area_px2 > 0.0 {
                 pass.set_pipeline(&self.dots);

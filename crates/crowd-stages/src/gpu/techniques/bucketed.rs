@@ -2,6 +2,7 @@
 
 use super::{FrameContext, Painter, Workshop};
 use crate::gpu::bucket_draws::BucketDraws;
+use crate::gpu::lending::Lender;
 use crate::gpu::pre_skinning::PreSkinning;
 use crate::gpu::stage_recorder::StageRecorder;
 use crate::{Result, Skinning};
@@ -122,6 +123,11 @@ impl Painter for Bucketed {
             pass.set_bind_group(2, &textures.bound, &[]);
             self.draws.draw_impostors(pass, &textures.vertices, pipelines);
         }
+    }
+
+    fn lender(&self) -> Option<Lender<'_>> {
+        let beforehand = self.beforehand.as_ref()?;
+        Some(Lender { skinned: &beforehand.skinning.skinned, lists: self.draws.lists() })
     }
 
     fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {

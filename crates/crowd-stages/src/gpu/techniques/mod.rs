@@ -12,6 +12,7 @@ pub(crate) use reform::windows;
 pub(crate) use static_floor::Floor;
 
 use super::draw_crowd::DrawCrowd;
+use super::lending::Lender;
 use super::occlusion::Occlusion;
 use super::renderer::RendererOptions;
 use super::selection::Selection;
@@ -83,6 +84,11 @@ pub(crate) trait Painter: Send + Sync {
 
     /// Takes a frame that was baked.
     fn lay_floor(&mut self, _floor: Floor) {}
+
+    /// The vertices that it skins beforehand, where it is set up for that.
+    fn lender(&self) -> Option<Lender<'_>> {
+        None
+    }
 
     /// A buffer that its stages wrote, by the name in the shader.
     fn buffer(&self, _name: &str) -> Option<&wgpu::Buffer> {
