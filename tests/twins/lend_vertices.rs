@@ -18,7 +18,7 @@ fn lent(case: Case) -> Lent {
     let crowd = sorted(&case, case.count() * 20);
     let drawn = drawn_of(&case, &crowd);
     // Everyone but each seventh casts, with at most twelve vertices, whoever is seen.
-    let caster = |i: usize| LodChoice { vertex_count: if i % 7 == 0 { 0 } else { 12 }, triangle_count: 0 };
+    let caster = |i: usize| LodChoice { vertex_count: if i.is_multiple_of(7) { 0 } else { 12 }, triangle_count: 0 };
     let choices: Vec<LodChoice> = (0..case.instances.len()).map(caster).collect();
     let (culled, fill) = (vec![Default::default(); choices.len()], Default::default());
     let (keys, morphs) = cpu::key_instances(buckets(), &case.instances, &culled, &choices, &fill, &case.config);
