@@ -3,6 +3,7 @@
 //! Over each triangle an attribute is a linear field of the place in bind pose. Where a corner moves, the field it had there says
 //! what the surface showed; the difference to what the new corner shows, squared and weighted by area, is the cost.
 
+use crate::quadrics::Incident;
 use crate::split_seams::SplitMesh;
 use crate::{AttributeWeights, LodMesh};
 use rayon::prelude::*;
@@ -159,21 +160,23 @@ impl Attributes {
         let shown: Vec<Shown> =
             split.variant_source.iter().map(|&v| show(mesh, v, v, normal_weight, color_weight)).collect();
         let zero = VariantFields { uv: Field::ZERO, normal: Field::ZERO, color: Field::ZERO };
-        let mut fields = vec![zero; shown.len()];
-        let slides = slide_squared(mesh, split, &places, f64::from(weights.uv), diagonal);
         let spans: Vec<Span> =
             split.triangles.par_iter().map(|t| Span::new(t.map(|v| places[split.position_of(v) as usize]))).collect();
-        for ((triangle, span), uv_factor) in split.triangles.iter().zip(&spans).zip(slides) {
-            let values = triangle.map(|v| shown[v as usize]);
-            for v in *triangle {
-                let field = &mut fields[v as usize];
-                field.uv.add(span, values.map(|s| s.uv), span.area * uv_factor);
+        let slides = slide_squared(mesh, split, &spans, f64::from(weights.uv), diagonal);
+        let incident = Incident::list(shown.len(), split.triangles.iter().copied());
+        let gather = |v: usize| {
+            let mut field = zero;
+            for &t in incident.at(v) {
+                let (span, values) = (&spans[t as usize], split.triangles[t as usize].map(|v| shown[v as usize]));
+                field.uv.add(span, values.map(|s| s.uv), span.area * slides[t as usize]);
                 field.normal.add(span, values.map(|s| s.normal), span.area);
                 if colored {
                     field.color.add(span, values.map(|s| s.color), span.area);
                 }
             }
-        }
+            field
+        };
+        let fields = (0..shown.len()).into_par_iter().map(gather).collect();
         let mut attributes = Self {
             fields,
             shown,
@@ -255,19 +258,13 @@ fn show(mesh: &LodMesh<'_>, v: u32, normal_of: u32, normal_weight: f64, color_we
 ///
 /// Where the caller knows the texture, a slide costs as much as the colours change, and a little more, so that a pattern does not
 /// drift over the plain; else it costs a share of the way it slides.
-fn slide_squared(
-    mesh: &LodMesh<'_>,
-    split: &SplitMesh,
-    places: &[[f64; 3]],
-    uv_weight: f64,
-    diagonal: f64,
-) -> Vec<f64> {
+fn slide_squared(mesh: &LodMesh<'_>, split: &SplitMesh, spans: &[Span], uv_weight: f64, diagonal: f64) -> Vec<f64> {
     // Metres per unit over the whole mesh: single triangles of a palette texture are dots in it.
     let (mut area, mut uv_area) = (0.0, 0.0);
-    for triangle in &split.triangles {
+    for (triangle, span) in split.triangles.iter().zip(spans) {
         let [a, b, c] = triangle.map(|v| mesh.uvs[split.variant_source[v as usize] as usize].map(f64::from));
         uv_area += 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs();
-        area += Span::new(triangle.map(|v| places[split.position_of(v) as usize])).area;
+        area += span.area;
     }
     let metres_squared = if uv_area > 0.0 { area / uv_area } else { 0.0 };
     let contrast = mesh.appearance.triangle_contrast;

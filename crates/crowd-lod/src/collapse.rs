@@ -9,7 +9,8 @@
 //! the time. Under Peng 2011 every place around looks at all its edges, and the order is exactly the greedy one.
 
 use crate::attributes::Attributes;
-use crate::criteria::{MAX_MOVED_VALENCE, Rules};
+use crate::criteria::Rules;
+use crate::fan::Fan;
 use crate::find_images::{Image, ImageFinder, Moved, SEARCHED_TRIANGLES};
 use crate::layer_gaps::LayerGaps;
 use crate::quadrics::Quadrics;
@@ -51,14 +52,16 @@ pub(crate) struct Steps {
     pub obstacles: Vec<Option<Obstacle>>,
 }
 
-/// Queue entry: rank as ordered bits, position, target, stamp of the position, stamp of the target's quadric.
-type Entry = Reverse<(u32, u32, u32, u32, u32)>;
+/// Queue entry: rank as ordered bits above the position, and the position's stamp.
+type Entry = Reverse<(u64, u32)>;
 
 /// The cheapest allowed collapse of a position.
 #[derive(Debug, Clone, Copy)]
 struct Choice {
     rank: f32,
     target: u32,
+    /// How often the quadric of the target had grown.
+    grown: u32,
 }
 
 /// What is collapsed, and what each collapse costs.
@@ -157,6 +160,8 @@ struct Lost {
 /// Room to work in, kept between evaluations.
 #[derive(Default)]
 struct Scratch {
+    fan: Fan,
+    tried: Vec<(f32, u32)>,
     spokes: Vec<Spoke>,
     on_edge: Vec<u32>,
     moved: Vec<Moved>,
@@ -185,20 +190,22 @@ impl Run<'_> {
     fn drain_queue(&mut self, progress: &(dyn Fn(f32) + Sync)) {
         let mut scratch = Scratch::default();
         let mut ring = Vec::new();
-        while let Some(Reverse((rank, u, t, stamp, grown))) = self.queue.pop() {
+        while let Some(Reverse((key, stamp))) = self.queue.pop() {
             if self.has_ended() {
                 return;
             }
+            let u = key as u32;
             if stamp != self.stamps[u as usize] {
                 continue;
             }
+            let Choice { rank, target: t, grown } = self.queued[u as usize].expect("its stamp is that of this entry");
             let fresh = grown == self.grown[t as usize];
-            if fresh && self.still_costs(u, t, self.charge_volume(u, t), f32::from_bits(rank), &mut scratch) {
+            if fresh && self.still_costs(u, t, true, rank, &mut scratch) {
                 self.collapse_and_look_around(u, t, &mut scratch, &mut ring);
                 let (u, t) = (self.surface.partners[u as usize], self.surface.partners[t as usize]);
                 // Not asked for its volume: of two that go to one target, the second takes from what the first has taken.
                 let alike = u != NO_PARTNER && t != NO_PARTNER && self.rules.may_move(self.surface.topology, u);
-                if alike && self.still_costs(u, t, 0.0, f32::from_bits(rank) * MIRROR_SLACK, &mut scratch) {
+                if alike && self.still_costs(u, t, false, rank * MIRROR_SLACK, &mut scratch) {
                     self.collapse_and_look_around(u, t, &mut scratch, &mut ring);
                 }
                 if self.steps.costs.len().is_multiple_of(PROGRESS_STEPS) {
@@ -214,25 +221,31 @@ impl Run<'_> {
     fn collapse_and_look_around(&mut self, u: u32, t: u32, scratch: &mut Scratch, ring: &mut Vec<u32>) {
         ring.clear();
         ring.extend(scratch.spokes.iter().map(|s| s.to));
-        self.collapse(u, t, &scratch.on_edge, &scratch.moved);
+        self.collapse(t, scratch);
         for &p in ring.iter() {
             self.look_again(p, u, t, scratch);
         }
     }
 
-    /// Whether a collapse is still there and allowed, and no dearer than when it was queued. `volume`: what it is charged for
-    /// that. Leaves the spokes of `u`, the triangles on the
-    /// edge and the images in `scratch`.
-    fn still_costs(&self, u: u32, t: u32, volume: f32, rank: f32, scratch: &mut Scratch) -> bool {
-        let Scratch { spokes, on_edge, moved } = scratch;
-        self.surface.topology.spokes(u, spokes);
+    /// Whether a collapse is still there and allowed, and no dearer than when it was queued. `by_volume`: whether it is charged for that.
+    /// Leaves the fan and the spokes of `u`, the triangles on the edge and the images in `scratch`.
+    fn still_costs(&self, u: u32, t: u32, by_volume: bool, rank: f32, scratch: &mut Scratch) -> bool {
+        let Scratch { fan, spokes, on_edge, moved, .. } = scratch;
+        fan.gather(self.surface.topology, u);
+        fan.spokes(spokes);
         let Some(edge) = spokes.iter().find(|s| s.to == t) else { return false };
         let Some(&(_, move_cost)) = self.known_costs[u as usize].iter().find(|k| k.0 == t) else { return false };
-        self.find_on_edge(u, t, on_edge);
-        self.find_images(u, t, on_edge, moved);
+        fan.find_on_edge(t, on_edge);
+        self.find_images(fan, t, on_edge, moved);
+        let limit = rank * STILL_SAME;
         let now = self.shown_rank(self.shape_rank(u, t, move_cost), moved);
-        match self.allow(u, spokes, edge, on_edge, moved) {
-            Ok(extra) => now + extra + volume <= rank * STILL_SAME,
+        self.measure(fan);
+        let volume = if by_volume { self.charge_volume(fan, t) } else { 0.0 };
+        if now + volume > limit {
+            return false;
+        }
+        match self.allow(fan, spokes, edge, on_edge, moved) {
+            Ok(extra) => now + extra + volume <= limit,
             Err(_) => false,
         }
     }
@@ -253,8 +266,10 @@ impl Run<'_> {
 
     /// What it costs that `p` moves to `t`, if that is allowed and cheaper than `limit`.
     fn price(&self, p: u32, t: u32, limit: f32, known: &mut Vec<(u32, f32)>, scratch: &mut Scratch) -> Option<Choice> {
-        let Scratch { spokes, on_edge, moved } = scratch;
-        self.find_on_edge(p, t, on_edge);
+        let Scratch { fan, spokes, on_edge, moved, .. } = scratch;
+        let topology = &self.surface.topology;
+        on_edge.clear();
+        on_edge.extend(topology.around(p).filter(|&triangle| topology.touches(triangle, t)));
         if on_edge.is_empty() {
             return None;
         }
@@ -262,15 +277,25 @@ impl Run<'_> {
         if shape >= limit {
             return None;
         }
-        self.find_images(p, t, on_edge, moved);
+        fan.gather(topology, p);
+        self.find_images(fan, t, on_edge, moved);
         let rank = self.shown_rank(shape, moved);
         if rank >= limit {
             return None;
         }
-        self.surface.topology.spokes(p, spokes);
+        self.measure(fan);
+        let volume = self.charge_volume(fan, t);
+        if rank + volume >= limit {
+            return None;
+        }
+        fan.spokes(spokes);
         let edge = spokes.iter().find(|s| s.to == t)?;
-        let rank = rank + self.allow(p, spokes, edge, on_edge, moved).ok()? + self.charge_volume(p, t);
-        (rank < limit).then_some(Choice { rank, target: t })
+        let rank = rank + self.allow(fan, spokes, edge, on_edge, moved).ok()? + volume;
+        (rank < limit).then(|| self.choice(rank, t))
+    }
+
+    fn choice(&self, rank: f32, target: u32) -> Choice {
+        Choice { rank, target, grown: self.grown[target as usize] }
     }
 
     /// Finds the cheapest allowed collapse of `p` and queues it in place of the one before.
@@ -284,9 +309,9 @@ impl Run<'_> {
     fn enqueue(&mut self, p: u32, choice: Option<Choice>) {
         self.stamps[p as usize] += 1;
         self.queued[p as usize] = choice;
-        if let Some(Choice { rank, target }) = choice {
-            let (stamp, grown) = (self.stamps[p as usize], self.grown[target as usize]);
-            self.queue.push(Reverse((rank.to_bits(), p, target, stamp, grown)));
+        if let Some(Choice { rank, .. }) = choice {
+            let key = u64::from(rank.to_bits()) << 32 | u64::from(p);
+            self.queue.push(Reverse((key, self.stamps[p as usize])));
         }
     }
 
@@ -297,31 +322,35 @@ impl Run<'_> {
         if !self.rules.may_move(self.surface.topology, p) {
             return None;
         }
-        let Scratch { spokes, on_edge, moved } = scratch;
-        self.surface.topology.spokes(p, spokes);
-        let mut tried = [(f32::INFINITY, u32::MAX); 2 * MAX_MOVED_VALENCE];
-        let count = spokes.len();
+        let Scratch { fan, tried, spokes, on_edge, moved } = scratch;
+        fan.gather(self.surface.topology, p);
+        fan.spokes(spokes);
+        tried.clear();
         for (i, spoke) in spokes.iter().enumerate() {
-            let shape = self.shape_rank(p, spoke.to, self.known_cost(p, spoke.to, known));
-            tried[i] = (shape, i as u32);
+            tried.push((self.shape_rank(p, spoke.to, self.known_cost(p, spoke.to, known)), i as u32));
         }
-        let tried = &mut tried[..count];
         tried.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(spokes[a.1 as usize].to.cmp(&spokes[b.1 as usize].to)));
         let mut best: Option<Choice> = None;
-        for &mut (shape, i) in tried {
+        for &(shape, i) in tried.iter() {
             let dear = |rank: f32| best.is_some_and(|b| b.rank <= rank);
             if dear(shape) {
                 break;
             }
             let edge = &spokes[i as usize];
-            self.find_on_edge(p, edge.to, on_edge);
-            self.find_images(p, edge.to, on_edge, moved);
+            fan.find_on_edge(edge.to, on_edge);
+            self.find_images(fan, edge.to, on_edge, moved);
             let rank = self.shown_rank(shape, moved);
             if dear(rank) {
                 continue;
             }
-            if let Ok(extra) = self.allow(p, spokes, edge, on_edge, moved) {
-                let choice = Choice { rank: rank + extra + self.charge_volume(p, edge.to), target: edge.to };
+            self.measure(fan);
+            // The rules charge nothing below zero.
+            let volume = self.charge_volume(fan, edge.to);
+            if dear(rank + volume) {
+                continue;
+            }
+            if let Ok(extra) = self.allow(fan, spokes, edge, on_edge, moved) {
+                let choice = self.choice(rank + extra + volume, edge.to);
                 if best.is_none_or(|b| choice.rank < b.rank) {
                     best = Some(choice);
                 }
@@ -340,16 +369,17 @@ impl Run<'_> {
         cost
     }
 
-    fn find_on_edge(&self, u: u32, t: u32, on_edge: &mut Vec<u32>) {
-        let topology = &self.surface.topology;
-        on_edge.clear();
-        on_edge.extend(topology.around(u).filter(|&triangle| topology.touches(triangle, t)));
-    }
-
-    fn find_images(&self, u: u32, t: u32, on_edge: &[u32], moved: &mut Vec<Moved>) {
+    fn find_images(&self, fan: &Fan, t: u32, on_edge: &[u32], moved: &mut Vec<Moved>) {
         let Surface { split, normals, topology, attributes, .. } = &self.surface;
         ImageFinder { split, topology, attributes, normals, stand_ins: self.rules.criteria() == Criteria::Wedge }
-            .find(u, t, on_edge, moved);
+            .find(fan, t, on_edge, moved);
+    }
+
+    /// Looks how the triangles around a place lie; the paper's rules look for themselves.
+    fn measure(&self, fan: &mut Fan) {
+        if self.rules.criteria() == Criteria::Wedge {
+            fan.measure(self.rules, self.surface.split);
+        }
     }
 
     /// What a collapse does to the shape: the part of what the queue sorts by that is known without its images.
@@ -372,24 +402,31 @@ impl Run<'_> {
         if rank.is_nan() { f32::INFINITY } else { rank.max(0.0) }
     }
 
-    /// Whether the rules allow a collapse, and what they charge for it, but for the volume.
-    fn allow(&self, u: u32, spokes: &[Spoke], edge: &Spoke, on_edge: &[u32], moved: &[Moved]) -> Result<f32, Obstacle> {
+    /// Whether the rules allow a collapse of the centre of `fan`, and what they charge for it, but for the volume: nothing below zero.
+    fn allow(
+        &self,
+        fan: &Fan,
+        spokes: &[Spoke],
+        edge: &Spoke,
+        on_edge: &[u32],
+        moved: &[Moved],
+    ) -> Result<f32, Obstacle> {
         let Surface { split, topology, .. } = &self.surface;
+        let u = fan.center;
         match self.rules.criteria() {
             Criteria::Peng2011 => self.rules.check(topology, split, u, spokes, edge).map(|()| 0.0),
             Criteria::Wedge => {
-                let turned = self.rules.charge(topology, split, u, spokes, edge, moved)?;
+                let turned = self.rules.charge(split, fan, spokes, edge, moved)?;
                 let pressed = self.surface.gaps.charge(topology, u, edge.to);
                 Ok(turned + pressed + self.charge_lost(u, edge.to, on_edge)?.cost)
             }
         }
     }
 
-    /// What it costs that the surface then encloses more or less.
-    fn charge_volume(&self, u: u32, t: u32) -> f32 {
-        let Surface { topology, quadrics, .. } = &self.surface;
+    /// What it costs that the surface then encloses more or less. Never below zero.
+    fn charge_volume(&self, fan: &Fan, t: u32) -> f32 {
         match self.rules.criteria() {
-            Criteria::Wedge => self.volumes.charge(topology, self.rules, quadrics, u, t),
+            Criteria::Wedge => self.volumes.charge(fan, self.rules, self.surface.quadrics, t),
             Criteria::Peng2011 => 0.0,
         }
     }
@@ -434,8 +471,10 @@ impl Run<'_> {
         if area > 0.0 { (quadrics.total_cost(move_cost, t) + lost.cost) / area } else { 0.0 }
     }
 
-    /// Moves `u` to `t` and logs the step.
-    fn collapse(&mut self, u: u32, t: u32, dying: &[u32], moved: &[Moved]) {
+    /// Moves the centre of the fan in `scratch` to `t` and logs the step.
+    fn collapse(&mut self, t: u32, scratch: &Scratch) {
+        let Scratch { fan, on_edge: dying, moved, .. } = scratch;
+        let u = fan.center;
         let move_cost = match self.known_costs[u as usize].iter().find(|k| k.0 == t) {
             Some(&(_, cost)) => cost,
             None => self.surface.quadrics.move_cost(u, t),
@@ -443,7 +482,7 @@ impl Run<'_> {
         self.steps.costs.push(self.mean_cost(u, t, move_cost, dying));
 
         self.surface.gaps.follow(self.surface.topology, u, t);
-        self.volumes.follow(self.surface.topology, self.rules, u, t);
+        self.volumes.follow(fan, self.rules, t);
         let images = self.settle_images(t, moved);
         let topology = &mut *self.surface.topology;
         let moving: Vec<u32> = topology.around(u).filter(|i| !dying.contains(i)).collect();
@@ -574,12 +613,14 @@ impl Run<'_> {
             if !self.rules.may_move(topology, p) {
                 return Some(Obstacle::Fixed);
             }
-            let Scratch { spokes, on_edge, moved } = &mut scratch;
-            topology.spokes(p, spokes);
+            let Scratch { fan, spokes, on_edge, moved, .. } = &mut scratch;
+            fan.gather(topology, p);
+            self.measure(fan);
+            fan.spokes(spokes);
             let found = spokes.iter().filter_map(|s| {
-                self.find_on_edge(p, s.to, on_edge);
-                self.find_images(p, s.to, on_edge, moved);
-                match self.allow(p, spokes, s, on_edge, moved) {
+                fan.find_on_edge(s.to, on_edge);
+                self.find_images(fan, s.to, on_edge, moved);
+                match self.allow(fan, spokes, s, on_edge, moved) {
                     Ok(_) => self.has_ended().then_some(Obstacle::Ended),
                     Err(obstacle) => Some(obstacle),
                 }

@@ -1,12 +1,14 @@
 //! Which collapses are allowed: seams, borders, topology and flips (Peng 2011 §4.2).
 
 use crate::behind::diagonal;
+use crate::fan::{Fan, Lie};
 use crate::find_images::{Image, Moved};
 use crate::frames::draw_evenly;
 use crate::quadrics::{dot, pose_position};
 use crate::split_seams::SplitMesh;
 use crate::topology::{Spoke, Topology};
 use crate::{Criteria, LodMesh, LodPoses, Obstacle, VertexClass};
+use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 /// Posed frames, besides the bind pose, in which triangles may not flip.
@@ -27,8 +29,9 @@ pub(crate) const MAX_MOVED_VALENCE: usize = 128;
 const MAX_SCANNED_VALENCE: usize = 512;
 
 /// The rules and what they look at that does not change.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Rules {
+    level: Level,
     criteria: Criteria,
     /// Cost of a square metre that lies more than a right angle from how it lay at full detail, m².
     turned_cost: f32,
@@ -49,7 +52,7 @@ pub(crate) struct Rules {
 /// Poses tested at once: the bind pose, the frames, and the bind pose again in the lanes left over.
 pub(crate) const POSES: usize = 8;
 /// A place or a direction in each tested pose.
-type Places = [[f32; POSES]; 3];
+pub(crate) type Places = [[f32; POSES]; 3];
 
 impl Rules {
     /// Prepares the rules for a mesh.
@@ -94,6 +97,7 @@ impl Rules {
         pose_weights[1..=frames.len()].fill(1.0 / frames.len() as f32);
         let turned = TURNED_SHARE * diagonal(&bind);
         Self {
+            level: Level::new(),
             criteria,
             turned_cost: turned * turned,
             locked,
@@ -138,15 +142,9 @@ impl Rules {
         self.pose_weights
     }
 
-    /// Adds the signed volumes of the tetrahedron over a triangle in each tested pose, m³: positive for a tip before its front.
-    pub fn add_volumes(&self, triangle: [u32; 3], tip: u32, sum: &mut [f32; POSES]) {
-        let [a, b, c] = triangle.map(|p| &self.posed[p as usize]);
-        let tip = &self.posed[tip as usize];
-        let across = normals(a, b, c);
-        for i in 0..POSES {
-            let above = [0, 1, 2].map(|k| tip[k][i] - a[k][i]);
-            sum[i] += (across[0][i] * above[0] + across[1][i] * above[1] + across[2][i] * above[2]) / 6.0;
-        }
+    /// A position in each tested pose.
+    pub fn places(&self, p: u32) -> &Places {
+        &self.posed[p as usize]
     }
 
     /// Whether `u` may collapse onto the other end of `edge`, which is one of `u`'s `spokes`.
@@ -169,16 +167,16 @@ impl Rules {
         self.check_flips(topology, split, u, edge)
     }
 
-    /// Whether `u` may collapse onto the other end of `edge`, and what is charged for it, m² times m²: the default criteria.
+    /// Whether the centre of `fan`, which is measured, may collapse onto the other end of `edge`, and what is charged for it, m² times m²: the
+    /// default criteria.
     ///
     /// Seams, charts and topology have a cost and no veto: every wedge has an image (see `find_images`), and what loses its last triangle
     /// is charged by the caller. An open border moves along itself. No triangle turns over in one step in a tested pose; one that ends up
     /// more than a right angle from how it lay at full detail, or turned over in the texture, is charged its area.
     pub fn charge(
         &self,
-        topology: &Topology,
         split: &SplitMesh,
-        u: u32,
+        fan: &Fan,
         spokes: &[Spoke],
         edge: &Spoke,
         moved: &[Moved],
@@ -189,24 +187,21 @@ impl Rules {
         }
         let t = edge.to;
         let mut turned_area = 0.0;
-        for triangle in topology.around(u).filter(|&triangle| !topology.touches(triangle, t)) {
-            let corner = topology.corner_at(triangle, u);
-            let positions = topology.triangle_positions[triangle as usize];
-            let (a, b) = (positions[(corner + 1) % 3] as usize, positions[(corner + 2) % 3] as usize);
-            let (after, turned_over) = self.turn(triangle, u as usize, t as usize, a, b).ok_or(Obstacle::Flip)?;
-            let mut turned = turned_over;
-            let area = 0.5 * dot(after, after).sqrt();
-            let variants = topology.triangles[triangle as usize];
-            let uv = |variant: u32| split.variant_uv[variant as usize].map(f64::from);
-            let own = variants[corner];
-            let image = moved.iter().find(|m| m.variant == own).map(|m| m.image).expect("every variant was mapped");
-            let shown = match image {
-                Image::Variant(image) => uv(image),
-                Image::StandIn { uv_of, .. } => uv(uv_of),
+        for (blade, lie) in fan.staying(t) {
+            let (after, turned_over) = self.turn(blade.triangle, lie, t, blade.others).ok_or(Obstacle::Flip)?;
+            let [own, q, r] = blade.variants;
+            let turned_uv = || {
+                let uv = |variant: u32| split.variant_uv[variant as usize].map(f64::from);
+                let image = moved.iter().find(|m| m.variant == own).map(|m| m.image);
+                let shown = match image.expect("every variant was mapped") {
+                    Image::Variant(image) => uv(image),
+                    Image::StandIn { uv_of, .. } => uv(uv_of),
+                };
+                uv_loses_side(lie.uv_side, [shown, uv(q), uv(r)])
             };
-            let (q, r) = (uv(variants[(corner + 1) % 3]), uv(variants[(corner + 2) % 3]));
-            turned |= uv_turns_over([uv(own), q, r], [shown, q, r]);
-            turned_area += if turned { area } else { 0.0 };
+            if turned_over || turned_uv() {
+                turned_area += 0.5 * dot(after, after).sqrt();
+            }
         }
         Ok(turned_area * self.turned_cost)
     }
@@ -287,15 +282,18 @@ impl Rules {
         for triangle in topology.around(u).filter(|&triangle| !topology.touches(triangle, t)) {
             let corner = topology.corner_at(triangle, u);
             let positions = topology.triangle_positions[triangle as usize];
-            let (a, b) = (positions[(corner + 1) % 3] as usize, positions[(corner + 2) % 3] as usize);
-            if self.turn(triangle, u as usize, t as usize, a, b).is_none_or(|(_, turned_over)| turned_over) {
-                return Err(Obstacle::Flip);
-            }
+            let (a, b) = (positions[(corner + 1) % 3], positions[(corner + 2) % 3]);
             let variants = topology.triangles[triangle as usize];
             let uv = |i: usize| split.variant_uv[variants[(corner + i) % 3] as usize].map(f64::from);
+            let before = normals(self.places(u), self.places(a), self.places(b));
+            let uv_side = uv_side([uv(0), uv(1), uv(2)]);
+            let lie = Lie { normals: before, squared: product(&before, &before), uv_side };
+            if self.turn(triangle, &lie, t, [a, b]).is_none_or(|(_, turned_over)| turned_over) {
+                return Err(Obstacle::Flip);
+            }
             let image = image_across(topology, split, triangle, u, edge);
             let target = split.variant_uv[image as usize].map(f64::from);
-            if uv_turns_over([uv(0), uv(1), uv(2)], [target, uv(1), uv(2)]) {
+            if uv_loses_side(uv_side, [target, uv(1), uv(2)]) {
                 return Err(Obstacle::Flip);
             }
         }
@@ -304,22 +302,38 @@ impl Rules {
 }
 
 impl Rules {
-    /// The normal in bind pose, twice the area long, of `triangle` with corners `u a b` after `u` moved to `t`, and whether it lies in
-    /// some pose more than a right angle from how it lay at full detail; `None` if it turns over.
-    fn turn(&self, triangle: u32, u: usize, t: usize, a: usize, b: usize) -> Option<([f32; 3], bool)> {
-        let [u, t, a, b] = [u, t, a, b].map(|p| &self.posed[p]);
-        let (before, after) = (normals(u, a, b), normals(t, a, b));
-        let first = &self.first_normals[triangle as usize];
-        let (mut over, mut far) = (0_u32, 0_u32);
-        for i in 0..POSES {
-            let product = |a: &Places, b: &Places| a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i];
-            let before_squared = product(&before, &before);
-            let limit = MIN_TURN_COS * (before_squared * product(&after, &after)).sqrt();
-            over |= u32::from(before_squared > 0.0) & u32::from(product(&before, &after) <= limit);
-            far |= u32::from(product(first, first) > 0.0) & u32::from(product(first, &after) <= 0.0);
-        }
-        if over != 0 { None } else { Some(([after[0][0], after[1][0], after[2][0]], far != 0)) }
+    /// The normal in bind pose, twice the area long, of a triangle that lies as `lie` says, after its corner beside the two `others` moved to
+    /// `t`, and whether it lies in some pose more than a right angle from how it lay at full detail; `None` if it turns over.
+    fn turn(&self, triangle: u32, lie: &Lie, t: u32, others: [u32; 2]) -> Option<([f32; 3], bool)> {
+        let corners = [t, others[0], others[1]].map(|p| &self.posed[p as usize]);
+        dispatch!(self.level, _ => turn(lie, corners, &self.first_normals[triangle as usize]))
     }
+
+    /// What the machine can do at once.
+    pub fn level(&self) -> Level {
+        self.level
+    }
+}
+
+/// The normal in bind pose and whether it turned far, from where a triangle lay, where its corners are now, and its first normals.
+#[inline(always)]
+fn turn(lie: &Lie, [t, a, b]: [&Places; 3], first: &Places) -> Option<([f32; 3], bool)> {
+    let after = normals(t, a, b);
+    let (after_squared, along) = (product(&after, &after), product(&lie.normals, &after));
+    let mut over = 0_u32;
+    for i in 0..POSES {
+        let limit = MIN_TURN_COS * (lie.squared[i] * after_squared[i]).sqrt();
+        over |= u32::from(lie.squared[i] > 0.0) & u32::from(along[i] <= limit);
+    }
+    if over != 0 {
+        return None;
+    }
+    let (first_squared, along_first) = (product(first, first), product(first, &after));
+    let mut far = 0_u32;
+    for i in 0..POSES {
+        far |= u32::from(first_squared[i] > 0.0) & u32::from(along_first[i] <= 0.0);
+    }
+    Some(([after[0][0], after[1][0], after[2][0]], far != 0))
 }
 
 /// A variant of the wedge that the wedge of `triangle` at `u` becomes; only for edges that passed the wedge test.
@@ -335,8 +349,19 @@ fn wedge_at(topology: &Topology, split: &SplitMesh, triangle: u32, p: u32) -> u3
     split.variant_wedge[topology.triangles[triangle as usize][corner] as usize]
 }
 
+/// Scalar products in each pose.
+#[inline(always)]
+pub(crate) fn product(a: &Places, b: &Places) -> [f32; POSES] {
+    let mut products = [0.0; POSES];
+    for i in 0..POSES {
+        products[i] = a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i];
+    }
+    products
+}
+
 /// Normals of a triangle in each pose, twice the area long.
-fn normals(a: &Places, b: &Places, c: &Places) -> Places {
+#[inline(always)]
+pub(crate) fn normals(a: &Places, b: &Places, c: &Places) -> Places {
     let (mut x, mut y, mut z) = ([0.0; POSES], [0.0; POSES], [0.0; POSES]);
     for i in 0..POSES {
         let (ex, ey, ez) = (b[0][i] - a[0][i], b[1][i] - a[1][i], b[2][i] - a[2][i]);
@@ -348,12 +373,16 @@ fn normals(a: &Places, b: &Places, c: &Places) -> Places {
     [x, y, z]
 }
 
-/// Whether a triangle that has a side in the texture loses it or shows the other one.
-pub(crate) fn uv_turns_over(before: [[f64; 2]; 3], after: [[f64; 2]; 3]) -> bool {
-    let area = uv_area(before);
-    let [a, b, c] = before;
+/// Twice the signed area of a triangle in the texture, if it has a side there.
+pub(crate) fn uv_side([a, b, c]: [[f64; 2]; 3]) -> Option<f64> {
+    let area = uv_area([a, b, c]);
     let longest = uv_length(a, b).max(uv_length(b, c)).max(uv_length(c, a));
-    area.abs() > MIN_UV_WIDTH * longest && area * uv_area(after) <= 0.0
+    (area.abs() > MIN_UV_WIDTH * longest).then_some(area)
+}
+
+/// Whether a triangle that had a side loses it or shows the other one.
+pub(crate) fn uv_loses_side(side: Option<f64>, after: [[f64; 2]; 3]) -> bool {
+    side.is_some_and(|area| area * uv_area(after) <= 0.0)
 }
 
 /// Twice the signed area.

@@ -5,6 +5,7 @@
 //! coordinate and colour, or with the chart's coordinate and its old normal. So a texture may stretch at a seam, but never tears.
 
 use crate::attributes::Attributes;
+use crate::fan::Fan;
 use crate::split_seams::{SplitMesh, cos_between};
 use crate::topology::Topology;
 
@@ -45,15 +46,11 @@ pub(crate) struct ImageFinder<'a> {
 }
 
 impl ImageFinder<'_> {
-    /// Writes the image of each variant of `u` at `t` to `moved`, by variant. `on_edge`: the triangles that die.
-    pub fn find(&self, u: u32, t: u32, on_edge: &[u32], moved: &mut Vec<Moved>) {
+    /// Writes the image of each variant at the centre of `fan` at `t` to `moved`, by variant. `on_edge`: the triangles that die.
+    pub fn find(&self, fan: &Fan, t: u32, on_edge: &[u32], moved: &mut Vec<Moved>) {
         moved.clear();
-        for triangle in self.topology.around(u) {
-            let variant = self.at(triangle, u);
-            if moved.iter().any(|m| m.variant == variant) {
-                continue;
-            }
-            let image = self.image(variant, u, t, on_edge);
+        for &variant in &fan.variants {
+            let image = self.image(variant, fan.center, t, on_edge);
             let cost = match image {
                 Image::Variant(image) => self.attributes.move_cost(variant, t, image),
                 Image::StandIn { uv_of, normal_of, .. } => {
@@ -62,7 +59,6 @@ impl ImageFinder<'_> {
             };
             moved.push(Moved { variant, image, cost });
         }
-        moved.sort_unstable_by_key(|m| m.variant);
     }
 
     fn image(&self, variant: u32, u: u32, t: u32, on_edge: &[u32]) -> Image {

@@ -21,6 +21,7 @@ mod collapse;
 mod criteria;
 mod distances;
 mod duplicate_triangles;
+mod fan;
 mod find_images;
 mod frames;
 #[cfg(test)]

@@ -3,10 +3,13 @@
 //! Frames lie in lanes of eight, so that one block is one vector operation and sums have one order on every machine.
 //! A position's quadric is kept relative to the position itself: at first all its planes pass through it, so no digits cancel,
 //! and what it has cost so far is one number, the mean over frames, rather than one a frame.
+//!
+//! `dispatch!` compiles a kernel for wider vectors too and runs what the machine has; no multiply and add is ever fused, so every one gives the same bits.
 
 use crate::classify::EdgeKind;
 use crate::split_seams::SplitMesh;
 use crate::{Criteria, LodMesh, LodPoses, Mat3x4};
+use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
 
 /// Frames in one block.
@@ -30,6 +33,7 @@ type QuadricBlock = [Lanes; 9];
 /// Quadrics of all positions over all frames.
 #[derive(Debug)]
 pub(crate) struct Quadrics {
+    level: Level,
     block_count: usize,
     frame_weights: Vec<Lanes>,
     worst_weight: f32,
@@ -61,28 +65,26 @@ impl Quadrics {
         for (i, &weight) in poses.frame_weights.iter().enumerate() {
             frame_weights[i / LANES][i % LANES] = weight;
         }
-        let posed = pose_in_lanes(mesh, poses, split, block_count);
-        let incident = incident_triangles(split);
+        let level = Level::new();
+        let posed = pose_in_lanes(level, mesh, poses, split, block_count);
+        let incident = Incident::list(position_count, split.triangles.iter().map(|t| t.map(|v| split.position_of(v))));
         let spreads = color_spreads(mesh, split);
         let mut planes = vec![[[0.0; LANES]; 9]; position_count * block_count];
         let mut areas = vec![0.0; position_count];
         planes.par_chunks_mut(block_count.max(1)).zip(&mut areas).enumerate().for_each(|(p, (blocks, area))| {
-            let around = &incident.triangles[incident.offsets[p]..incident.offsets[p + 1]];
-            for (b, block) in blocks.iter_mut().enumerate() {
-                let mut block_area = [0.0; LANES];
-                for &t in around {
-                    let corners = split.triangles[t as usize].map(|v| split.position_of(v) as usize);
-                    let at = corners.iter().position(|&q| q == p).expect("listed because it touches the position");
-                    let kinds = edge_kinds[t as usize];
-                    let positions = [0, 1, 2].map(|i| &posed[corners[(at + i) % 3] * block_count + b]);
-                    let edges = [(kinds[at], corners[(at + 1) % 3]), (kinds[(at + 2) % 3], corners[(at + 2) % 3])];
-                    let weights = edges.map(|(kind, to)| edge_weight(kind, spreads[p].min(spreads[to])));
-                    add_triangle(positions, weights, block, &mut block_area);
-                }
-                *area += weighted_sum(&block_area, &frame_weights[b]);
-            }
+            let corner = |&t: &u32| {
+                let corners = split.triangles[t as usize].map(|v| split.position_of(v) as usize);
+                let at = corners.iter().position(|&q| q == p).expect("listed because it touches the position");
+                let kinds = edge_kinds[t as usize];
+                let edges = [(kinds[at], corners[(at + 1) % 3]), (kinds[(at + 2) % 3], corners[(at + 2) % 3])];
+                let weights = edges.map(|(kind, to)| edge_weight(kind, spreads[p].min(spreads[to])));
+                ([0, 1, 2].map(|i| corners[(at + i) % 3] * block_count), weights)
+            };
+            let around: Vec<([usize; 3], [f32; 2])> = incident.at(p).iter().map(corner).collect();
+            dispatch!(level, _ => *area = add_triangles(&around, &posed, &frame_weights, blocks));
         });
-        Self { block_count, frame_weights, worst_weight, posed, planes, paid: vec![0.0; position_count], areas }
+        let paid = vec![0.0; position_count];
+        Self { level, block_count, frame_weights, worst_weight, posed, planes, paid, areas }
     }
 
     /// What `u`'s quadric costs at `t`: its mean over frames, and a share of the worst frame's.
@@ -94,26 +96,9 @@ impl Quadrics {
 
     /// Mean and largest over frames of what `u`'s quadric costs at `t` more than where `u` is.
     fn mean_and_worst(&self, u: u32, t: u32) -> (f32, f32) {
-        let from = u as usize * self.block_count;
-        let to = t as usize * self.block_count;
-        let mut sum = [0.0; LANES];
-        let mut most = [0.0_f32; LANES];
-        for b in 0..self.block_count {
-            let a = &self.posed[from + b];
-            let c = &self.posed[to + b];
-            let q = &self.planes[from + b];
-            let w = &self.frame_weights[b];
-            for i in 0..LANES {
-                let (x, y, z) = (c[0][i] - a[0][i], c[1][i] - a[1][i], c[2][i] - a[2][i]);
-                let row_x = q[0][i] * x + 2.0 * (q[1][i] * y + q[2][i] * z + q[6][i]);
-                let row_y = q[3][i] * y + 2.0 * (q[4][i] * z + q[7][i]);
-                let row_z = q[5][i] * z + 2.0 * q[8][i];
-                let cost = row_x * x + row_y * y + row_z * z;
-                sum[i] += w[i] * cost;
-                most[i] = most[i].max(cost);
-            }
-        }
-        (sum_lanes(&sum), most.iter().fold(0.0_f32, |a, &b| a.max(b)))
+        let blocks = |p: u32| p as usize * self.block_count..(p as usize + 1) * self.block_count;
+        let (from, to, planes) = (&self.posed[blocks(u)], &self.posed[blocks(t)], &self.planes[blocks(u)]);
+        dispatch!(self.level, _ => mean_and_worst(from, to, planes, &self.frame_weights))
     }
 
     /// Cost of moving `u` to `t`, given [`Self::move_cost`]: both quadrics at `t`.
@@ -153,25 +138,70 @@ impl Quadrics {
 
     /// Adds `u`'s quadric to `t`'s.
     pub fn merge(&mut self, u: u32, t: u32, move_cost: f32) {
-        let from = u as usize * self.block_count;
-        let to = t as usize * self.block_count;
-        for b in 0..self.block_count {
-            let source = self.planes[from + b];
-            let (a, c) = (&self.posed[from + b], &self.posed[to + b]);
-            let target = &mut self.planes[to + b];
-            for i in 0..LANES {
-                let (x, y, z) = (c[0][i] - a[0][i], c[1][i] - a[1][i], c[2][i] - a[2][i]);
-                for k in 0..6 {
-                    target[k][i] += source[k][i];
-                }
-                target[6][i] += source[6][i] + source[0][i] * x + source[1][i] * y + source[2][i] * z;
-                target[7][i] += source[7][i] + source[1][i] * x + source[3][i] * y + source[4][i] * z;
-                target[8][i] += source[8][i] + source[2][i] * x + source[4][i] * y + source[5][i] * z;
+        let (from, to) = (u as usize * self.block_count, t as usize * self.block_count);
+        let Self { level, block_count, posed, planes, .. } = self;
+        dispatch!(*level, _ => {
+            for b in 0..*block_count {
+                let source = planes[from + b];
+                add_moved(&source, &posed[from + b], &posed[to + b], &mut planes[to + b]);
             }
-        }
+        });
         self.paid[t as usize] += move_cost;
         self.areas[t as usize] += self.areas[u as usize];
     }
+}
+
+/// Mean and largest over frames of what a quadric costs at `to` more than at `from`.
+#[inline(always)]
+fn mean_and_worst(from: &[[Lanes; 3]], to: &[[Lanes; 3]], planes: &[QuadricBlock], weights: &[Lanes]) -> (f32, f32) {
+    let mut sum = [0.0; LANES];
+    let mut most = [0.0_f32; LANES];
+    for (((a, c), q), w) in from.iter().zip(to).zip(planes).zip(weights) {
+        for i in 0..LANES {
+            let (x, y, z) = (c[0][i] - a[0][i], c[1][i] - a[1][i], c[2][i] - a[2][i]);
+            let row_x = q[0][i] * x + 2.0 * (q[1][i] * y + q[2][i] * z + q[6][i]);
+            let row_y = q[3][i] * y + 2.0 * (q[4][i] * z + q[7][i]);
+            let row_z = q[5][i] * z + 2.0 * q[8][i];
+            let cost = row_x * x + row_y * y + row_z * z;
+            sum[i] += w[i] * cost;
+            most[i] = most[i].max(cost);
+        }
+    }
+    (sum_lanes(&sum), most.iter().fold(0.0_f32, |a, &b| a.max(b)))
+}
+
+/// Adds a quadric to another one elsewhere.
+#[inline(always)]
+fn add_moved(source: &QuadricBlock, from: &[Lanes; 3], to: &[Lanes; 3], target: &mut QuadricBlock) {
+    for i in 0..LANES {
+        let (x, y, z) = (to[0][i] - from[0][i], to[1][i] - from[1][i], to[2][i] - from[2][i]);
+        for k in 0..6 {
+            target[k][i] += source[k][i];
+        }
+        target[6][i] += source[6][i] + source[0][i] * x + source[1][i] * y + source[2][i] * z;
+        target[7][i] += source[7][i] + source[1][i] * x + source[3][i] * y + source[4][i] * z;
+        target[8][i] += source[8][i] + source[2][i] * x + source[4][i] * y + source[5][i] * z;
+    }
+}
+
+/// Adds the planes of the triangles around a position to its quadric, and gives back their mean area. Of each triangle, where the
+/// blocks of its corners begin, that at the position first, and what the edges there weigh.
+#[inline(always)]
+fn add_triangles(
+    around: &[([usize; 3], [f32; 2])],
+    posed: &[[Lanes; 3]],
+    frame_weights: &[Lanes],
+    blocks: &mut [QuadricBlock],
+) -> f32 {
+    let mut area = 0.0;
+    for (b, block) in blocks.iter_mut().enumerate() {
+        let mut block_area = [0.0; LANES];
+        for &(starts, edge_weights) in around {
+            add_triangle(starts.map(|start| &posed[start + b]), edge_weights, block, &mut block_area);
+        }
+        area += weighted_sum(&block_area, &frame_weights[b]);
+    }
+    area
 }
 
 /// What a plane that holds an edge weighs per squared edge length. `contrast`: squared difference of the colours on its two sides.
@@ -209,40 +239,90 @@ fn color_spreads(mesh: &LodMesh<'_>, split: &SplitMesh) -> Vec<f32> {
 /// Adds the plane of a triangle, and those that hold its edges, to the quadric of its first corner.
 ///
 /// `edge_weights`: of the edges from the first corner to the second, and from the third to the first; 0 for none.
+#[inline(always)]
 fn add_triangle(positions: [&[Lanes; 3]; 3], edge_weights: [f32; 2], block: &mut QuadricBlock, area: &mut Lanes) {
     let [p, q, r] = positions;
+    let (e, f) = (lanes_sub(q, p), lanes_sub(r, p));
+    let n = lanes_cross(&e, &f);
+    let squared = lanes_dot(&n, &n);
+    let (mut unit, mut weight) = ([[0.0; LANES]; 3], [0.0; LANES]);
     for i in 0..LANES {
-        let at = |v: &[Lanes; 3]| [v[0][i] - p[0][i], v[1][i] - p[1][i], v[2][i] - p[2][i]];
-        let (e, f) = (at(q), at(r));
-        let n = cross(e, f);
-        let length = dot(n, n).sqrt();
-        if length <= f32::MIN_POSITIVE {
+        let length = squared[i].sqrt();
+        // A triangle of no area in a frame has no plane there: nothing is added.
+        let flat = length <= f32::MIN_POSITIVE;
+        for k in 0..3 {
+            unit[k][i] = if flat { 0.0 } else { n[k][i] / length };
+        }
+        weight[i] = if flat { 0.0 } else { length * 0.5 };
+        area[i] += weight[i];
+    }
+    add_plane(block, &unit, &weight);
+    for (edge, edge_weight) in [(&e, edge_weights[0]), (&f, edge_weights[1])] {
+        if edge_weight == 0.0 {
             continue;
         }
-        let unit = n.map(|c| c / length);
-        add_plane(block, i, unit, length * 0.5);
-        area[i] += length * 0.5;
-        for (edge, weight) in [(e, edge_weights[0]), (f, edge_weights[1])] {
-            if weight == 0.0 {
-                continue;
+        let across = lanes_cross(edge, &unit);
+        let (across_squared, edge_squared) = (lanes_dot(&across, &across), lanes_dot(edge, edge));
+        let (mut normal, mut edge_weights) = ([[0.0; LANES]; 3], [0.0; LANES]);
+        for i in 0..LANES {
+            let length = across_squared[i].sqrt();
+            let plane = length > f32::MIN_POSITIVE;
+            for k in 0..3 {
+                normal[k][i] = if plane { across[k][i] / length } else { 0.0 };
             }
-            let across = cross(edge, unit);
-            let across_length = dot(across, across).sqrt();
-            if across_length > f32::MIN_POSITIVE {
-                add_plane(block, i, across.map(|c| c / across_length), weight * dot(edge, edge));
-            }
+            edge_weights[i] = if plane { edge_weight * edge_squared[i] } else { 0.0 };
+        }
+        add_plane(block, &normal, &edge_weights);
+    }
+}
+
+#[inline(always)]
+fn add_plane(block: &mut QuadricBlock, n: &[Lanes; 3], weight: &Lanes) {
+    for (k, (a, b)) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate() {
+        for i in 0..LANES {
+            block[k][i] += weight[i] * (n[a][i] * n[b][i]);
         }
     }
 }
 
-fn add_plane(block: &mut QuadricBlock, lane: usize, n: [f32; 3], weight: f32) {
-    let products = [n[0] * n[0], n[0] * n[1], n[0] * n[2], n[1] * n[1], n[1] * n[2], n[2] * n[2]];
-    for k in 0..6 {
-        block[k][lane] += weight * products[k];
+#[inline(always)]
+fn lanes_sub(a: &[Lanes; 3], b: &[Lanes; 3]) -> [Lanes; 3] {
+    let mut d = [[0.0; LANES]; 3];
+    for k in 0..3 {
+        for i in 0..LANES {
+            d[k][i] = a[k][i] - b[k][i];
+        }
     }
+    d
 }
 
-fn pose_in_lanes(mesh: &LodMesh<'_>, poses: &LodPoses<'_>, split: &SplitMesh, block_count: usize) -> Vec<[Lanes; 3]> {
+#[inline(always)]
+fn lanes_cross(a: &[Lanes; 3], b: &[Lanes; 3]) -> [Lanes; 3] {
+    let mut c = [[0.0; LANES]; 3];
+    for i in 0..LANES {
+        c[0][i] = a[1][i] * b[2][i] - a[2][i] * b[1][i];
+        c[1][i] = a[2][i] * b[0][i] - a[0][i] * b[2][i];
+        c[2][i] = a[0][i] * b[1][i] - a[1][i] * b[0][i];
+    }
+    c
+}
+
+#[inline(always)]
+fn lanes_dot(a: &[Lanes; 3], b: &[Lanes; 3]) -> Lanes {
+    let mut d = [0.0; LANES];
+    for i in 0..LANES {
+        d[i] = a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i];
+    }
+    d
+}
+
+fn pose_in_lanes(
+    level: Level,
+    mesh: &LodMesh<'_>,
+    poses: &LodPoses<'_>,
+    split: &SplitMesh,
+    block_count: usize,
+) -> Vec<[Lanes; 3]> {
     // `[joint][block][row * 4 + column][lane]`; lanes past the last frame repeat it and weigh nothing.
     let mut matrices = vec![[[0.0_f32; LANES]; 12]; poses.joint_count * block_count];
     matrices.par_chunks_mut(block_count.max(1)).enumerate().for_each(|(joint, blocks)| {
@@ -259,24 +339,25 @@ fn pose_in_lanes(mesh: &LodMesh<'_>, poses: &LodPoses<'_>, split: &SplitMesh, bl
     let mut posed = vec![[[0.0; LANES]; 3]; split.position_source.len() * block_count];
     posed.par_chunks_mut(block_count.max(1)).enumerate().for_each(|(p, blocks)| {
         let source = split.position_source[p] as usize;
-        let [x, y, z] = mesh.positions[source];
-        for (b, out) in blocks.iter_mut().enumerate() {
-            for k in 0..4 {
-                let weight = mesh.weights[source][k];
-                if weight == 0.0 {
-                    continue;
-                }
-                let m = &matrices[mesh.joints[source][k] as usize * block_count + b];
-                for row in 0..3 {
-                    for i in 0..LANES {
-                        let (mx, my, mz, mw) = (m[row * 4][i], m[row * 4 + 1][i], m[row * 4 + 2][i], m[row * 4 + 3][i]);
-                        out[row][i] += weight * (mx * x + my * y + mz * z + mw);
-                    }
-                }
-            }
+        for k in (0..4).filter(|&k| mesh.weights[source][k] != 0.0) {
+            let matrices = &matrices[mesh.joints[source][k] as usize * block_count..][..block_count];
+            dispatch!(level, _ => add_influence(mesh.positions[source], matrices, mesh.weights[source][k], blocks));
         }
     });
     posed
+}
+
+/// Adds what one joint does to a position in all frames.
+#[inline(always)]
+fn add_influence([x, y, z]: [f32; 3], matrices: &[[Lanes; 12]], weight: f32, posed: &mut [[Lanes; 3]]) {
+    for (out, m) in posed.iter_mut().zip(matrices) {
+        for row in 0..3 {
+            for i in 0..LANES {
+                let (mx, my, mz, mw) = (m[row * 4][i], m[row * 4 + 1][i], m[row * 4 + 2][i], m[row * 4 + 3][i]);
+                out[row][i] += weight * (mx * x + my * y + mz * z + mw);
+            }
+        }
+    }
 }
 
 /// One skinned position: the weighted sum of its joints' matrices at work on it (Peng 2011 Eq. 2).
@@ -294,33 +375,40 @@ pub(crate) fn pose_position(position: [f32; 3], joints: [u16; 4], weights: [f32;
     out
 }
 
-struct Incident {
+/// For each corner's owner (a position, a variant), the triangles that have it, ascending.
+pub(crate) struct Incident {
     offsets: Vec<usize>,
     triangles: Vec<u32>,
 }
 
-fn incident_triangles(split: &SplitMesh) -> Incident {
-    let mut offsets = vec![0_usize; split.position_source.len() + 1];
-    for triangle in &split.triangles {
-        for &v in triangle {
-            offsets[split.position_of(v) as usize + 1] += 1;
+impl Incident {
+    /// Lists the triangles of each of `count` owners.
+    pub fn list(count: usize, triangles: impl Iterator<Item = [u32; 3]> + Clone) -> Self {
+        let mut offsets = vec![0_usize; count + 1];
+        for owner in triangles.clone().flatten() {
+            offsets[owner as usize + 1] += 1;
         }
-    }
-    for p in 1..offsets.len() {
-        offsets[p] += offsets[p - 1];
-    }
-    let mut next = offsets.clone();
-    let mut triangles = vec![0; split.triangles.len() * 3];
-    for (t, triangle) in split.triangles.iter().enumerate() {
-        for &v in triangle {
-            let p = split.position_of(v) as usize;
-            triangles[next[p]] = t as u32;
-            next[p] += 1;
+        for p in 1..offsets.len() {
+            offsets[p] += offsets[p - 1];
         }
+        let mut next = offsets.clone();
+        let mut listed = vec![0; offsets[count]];
+        for (t, owners) in triangles.enumerate() {
+            for owner in owners {
+                listed[next[owner as usize]] = t as u32;
+                next[owner as usize] += 1;
+            }
+        }
+        Self { offsets, triangles: listed }
     }
-    Incident { offsets, triangles }
+
+    /// The triangles of an owner.
+    pub fn at(&self, owner: usize) -> &[u32] {
+        &self.triangles[self.offsets[owner]..self.offsets[owner + 1]]
+    }
 }
 
+#[inline(always)]
 fn weighted_sum(values: &Lanes, weights: &Lanes) -> f32 {
     let mut products = [0.0; LANES];
     for i in 0..LANES {
@@ -330,6 +418,7 @@ fn weighted_sum(values: &Lanes, weights: &Lanes) -> f32 {
 }
 
 /// Sum in one fixed order.
+#[inline(always)]
 fn sum_lanes(s: &Lanes) -> f32 {
     ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
 }

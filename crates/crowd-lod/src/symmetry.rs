@@ -62,6 +62,19 @@ struct Cells {
     size: f32,
     /// Cell and position, sorted.
     entries: Vec<([i32; 3], u32)>,
+    /// A bit for each hash of a cell that holds something: most questions end there.
+    taken: Vec<u64>,
+}
+
+/// Bits for cells.
+const CELL_BITS: usize = 1 << 20;
+
+/// Word and bit of a cell in `taken`.
+fn bit_of([x, y, z]: [i32; 3]) -> (usize, u64) {
+    let mixed = [(x, 0x9e37_79b9_u32), (y, 0x85eb_ca6b), (z, 0xc2b2_ae35)];
+    let hash = mixed.into_iter().fold(0_u32, |hash, (c, by)| (hash ^ c as u32).wrapping_mul(by).rotate_left(13));
+    let bit = hash as usize % CELL_BITS;
+    (bit / 64, 1 << (bit % 64))
 }
 
 impl Cells {
@@ -70,7 +83,11 @@ impl Cells {
         let mut entries: Vec<([i32; 3], u32)> =
             places.iter().enumerate().map(|(p, place)| (place.map(|c| (c / size).floor() as i32), p as u32)).collect();
         entries.sort_unstable();
-        Self { size, entries }
+        let mut taken = vec![0; CELL_BITS / 64];
+        for (word, bit) in entries.iter().map(|&(cell, _)| bit_of(cell)) {
+            taken[word] |= bit;
+        }
+        Self { size, entries, taken }
     }
 
     /// The position nearest to a place, the lowest of equals.
@@ -80,6 +97,10 @@ impl Cells {
         for x in ends[0][0]..=ends[1][0] {
             for y in ends[0][1]..=ends[1][1] {
                 for z in ends[0][2]..=ends[1][2] {
+                    let (word, bit) = bit_of([x, y, z]);
+                    if self.taken[word] & bit == 0 {
+                        continue;
+                    }
                     let from = self.entries.partition_point(|entry| entry.0 < [x, y, z]);
                     let here = self.entries[from..].iter().take_while(|entry| entry.0 == [x, y, z]);
                     for &(_, p) in here.take(SEARCHED_POSITIONS) {

@@ -1,6 +1,6 @@
 //! Meshes that tests draw, and what must hold for the order of any mesh.
 
-use crate::criteria::uv_turns_over;
+use crate::criteria::{uv_loses_side, uv_side};
 use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::split_seams::cos_between;
 use crate::{CollapseOrder, Criteria, LodMesh, LodOptions, LodPoses, Mat3x4, reform, simplify};
@@ -421,6 +421,9 @@ fn check_no_flip(
             assert!(stays, "a triangle turned over step by step");
         }
         let uvs = |t: &[u32; 3]| t.map(|v| mesh.uvs[order.attribute_source[v as usize] as usize].map(f64::from));
-        assert!(!paper || !uv_turns_over(uvs(before_corners), uvs(after_corners)), "a texture triangle turned over");
+        assert!(
+            !paper || !uv_loses_side(uv_side(uvs(before_corners)), uvs(after_corners)),
+            "a texture triangle turned over"
+        );
     }
 }

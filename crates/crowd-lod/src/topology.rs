@@ -1,9 +1,12 @@
 //! The triangles alive at the moment, and which of them meet at a position.
 //!
-//! Arrays only: a triangle names its three variants, a position lists its triangles. Dead triangles stay in the lists until
-//! they are half of one, so that a collapse costs what its surroundings cost, at a hub too.
+//! Arrays only: a triangle names its three variants, a position lists its triangles. Dead triangles leave short lists at once and
+//! stay in long ones until they are half of one, so that a collapse costs what its surroundings cost, at a hub too.
 
 use crate::split_seams::SplitMesh;
+
+/// Lists up to this length are rid of dead triangles at once.
+const SHORT_LIST: usize = 32;
 
 /// Triangles of the mesh as collapsed so far.
 #[derive(Debug)]
@@ -54,7 +57,8 @@ impl Topology {
 
     /// Living triangles at a position.
     pub fn around(&self, p: u32) -> impl Iterator<Item = u32> + '_ {
-        self.incident[p as usize].iter().copied().filter(|&t| self.alive[t as usize])
+        let all_alive = self.dead_counts[p as usize] == 0;
+        self.incident[p as usize].iter().copied().filter(move |&t| all_alive || self.alive[t as usize])
     }
 
     /// Number of living triangles at a position.
@@ -78,24 +82,6 @@ impl Topology {
         corners.into_iter().find(|&p| p != a && p != b).expect("a living triangle has three positions")
     }
 
-    /// Writes the edges at `p` to `spokes`, in the order in which the triangles list them.
-    pub fn spokes(&self, p: u32, spokes: &mut Vec<Spoke>) {
-        spokes.clear();
-        for t in self.around(p) {
-            for to in self.triangle_positions[t as usize].into_iter().filter(|&q| q != p) {
-                match spokes.iter_mut().find(|s| s.to == to) {
-                    None => spokes.push(Spoke { to, triangle_count: 1, triangles: [t, t] }),
-                    Some(spoke) => {
-                        if spoke.triangle_count == 1 {
-                            spoke.triangles[1] = t;
-                        }
-                        spoke.triangle_count += 1;
-                    }
-                }
-            }
-        }
-    }
-
     /// Number of living triangles on the edge between two positions; scans the end with fewer.
     pub fn edge_triangle_count(&self, a: u32, b: u32) -> u32 {
         let (few, other) = if self.valence(a) <= self.valence(b) { (a, b) } else { (b, a) };
@@ -110,7 +96,7 @@ impl Topology {
         for p in self.triangle_positions[t as usize] {
             self.dead_counts[p as usize] += 1;
             let list = &mut self.incident[p as usize];
-            if self.dead_counts[p as usize] as usize * 2 > list.len() {
+            if list.len() <= SHORT_LIST || self.dead_counts[p as usize] as usize * 2 > list.len() {
                 list.retain(|&t| self.alive[t as usize]);
                 self.dead_counts[p as usize] = 0;
             }

@@ -4,12 +4,14 @@
 type Vectors<const N: usize> = [[f32; N]; 3];
 
 /// Squared distance from a point to a triangle: to its plane when the point is above it, else to its edges.
+#[inline]
 pub(crate) fn triangle_distance_squared(point: [f32; 3], corners: [[f32; 3]; 3]) -> f32 {
     distances_squared(&[point], &[corners])[0]
 }
 
 /// Squared distance of each point to the triangle of its lane. All are computed alike, without branches, so that the lanes fill
 /// vector operations; a lane has the same bits in any company.
+#[inline(always)]
 pub(crate) fn distances_squared<const N: usize>(points: &[[f32; 3]; N], triangles: &[[[f32; 3]; 3]; N]) -> [f32; N] {
     let mut corners = [[[0.0; N]; 3]; 3];
     let mut offsets = [[[0.0; N]; 3]; 3];
@@ -39,6 +41,7 @@ pub(crate) fn distances_squared<const N: usize>(points: &[[f32; 3]; N], triangle
     lanes(|i| if least[i] < f32::INFINITY { least[i] } else { height[i] * height[i] / length_squared[i] })
 }
 
+#[inline(always)]
 fn segment_distances_squared<const N: usize>(along: &Vectors<N>, offset: &Vectors<N>) -> [f32; N] {
     let (length_squared, reached) = (dot(along, along), dot(offset, along));
     let share: [f32; N] = lanes(|i| {
@@ -60,14 +63,17 @@ fn lanes<const N: usize>(lane: impl Fn(usize) -> f32) -> [f32; N] {
     lanes
 }
 
+#[inline(always)]
 fn sub<const N: usize>(a: &Vectors<N>, b: &Vectors<N>) -> Vectors<N> {
     [lanes(|i| a[0][i] - b[0][i]), lanes(|i| a[1][i] - b[1][i]), lanes(|i| a[2][i] - b[2][i])]
 }
 
+#[inline(always)]
 fn dot<const N: usize>(a: &Vectors<N>, b: &Vectors<N>) -> [f32; N] {
     lanes(|i| a[0][i] * b[0][i] + a[1][i] * b[1][i] + a[2][i] * b[2][i])
 }
 
+#[inline(always)]
 fn cross<const N: usize>(a: &Vectors<N>, b: &Vectors<N>) -> Vectors<N> {
     let part = |j: usize, k: usize| lanes(|i| a[j][i] * b[k][i] - a[k][i] * b[j][i]);
     [part(1, 2), part(2, 0), part(0, 1)]
