@@ -1,7 +1,7 @@
 //! Moves the vertices of a level so that it lies as close as it can to full detail over the frames.
 //!
 //! One module a step: `full_detail` (with `charts`) and the level's `shape`; `pairs` and `rims` find which points belong
-//! together; `pulls` says what is made least; `equations` and `solver` make it least, `fit_places` takes the step; `fit_weights` fits
+//! together; `held` says which places stay; `pulls` says what is made least; `equations` and `solver` make it least, `fit_places` takes the step; `fit_weights` fits
 //! the skinning between the rounds and after them; `fit_normals` and `fit_uvs` (by `fit_attributes`) follow; `flips` turns edges between the rounds, `fit_colors` looks at the
 //! textures last.
 
@@ -15,6 +15,7 @@ mod fit_uvs;
 mod fit_weights;
 mod flips;
 mod full_detail;
+mod held;
 mod pairs;
 mod pulls;
 mod rims;
@@ -110,6 +111,8 @@ struct Fit<'a> {
     uprights: fit_places::Uprights,
     /// Mean squared distance that a step has to come below.
     most_error: f64,
+    /// Places that stay.
+    held: Vec<bool>,
 }
 
 /// What the level's vertices have that no fit changes.
@@ -130,8 +133,9 @@ impl<'a> Fit<'a> {
             tints: level.vertices.iter().map(|&v| full.tint(order.attribute_source[v as usize])).collect(),
         };
         let uprights = fit_places::Uprights::new(&shape, &matrices);
-        let most_error = MOST_LEFT * probes.pair(full, &shape, &matrices, false).1;
-        Self { full, level, dress, shape, probes, matrices, uprights, most_error }
+        let (pairs, error) = probes.pair(full, &shape, &matrices, false);
+        let held = held::find_held(&shape, &pairs, error);
+        Self { full, level, dress, shape, probes, matrices, uprights, most_error: MOST_LEFT * error, held }
     }
 
     /// Rounds of pairing and moving, as long as that makes the objective less.
@@ -148,7 +152,8 @@ impl<'a> Fit<'a> {
                 pulls::objective(full, shape, &corner_uvs, matrices, pairs) + rim_cost
             };
             let now = objective(&self.shape, &pairs, rim_pairs.1);
-            let moves = fit_places::solve_places(full, &self.shape, &corner_uvs, matrices, &pairs, &rim_pairs.0);
+            let pulls = (pairs.as_slice(), rim_pairs.0.as_slice());
+            let moves = fit_places::solve_places(full, &self.shape, &corner_uvs, matrices, pulls, &self.held);
             let better = [1.0, 0.5, 0.25].into_iter().find_map(|step| {
                 let moved = fit_places::move_places(&self.shape, matrices, &moves, step, &self.uprights)?;
                 let (pairs, error) = probes.pair(full, &moved, matrices, false);

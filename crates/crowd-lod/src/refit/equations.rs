@@ -2,7 +2,7 @@
 
 use super::full_detail::FullDetail;
 use super::pairs::{Contact, Pair};
-use super::pulls::{slide, tilts};
+use super::pulls::{mean_square, slide, tilt_heed, tilts};
 use super::rims::RimPair;
 use super::shape::Shape;
 use crate::Mat3x4;
@@ -17,6 +17,17 @@ const DAMPING: f64 = 1.0e-3;
 pub(crate) struct Local {
     pub matrix: [[f64; 9]; 9],
     pub right: [f64; 9],
+}
+
+impl Local {
+    /// Leaves nothing that pulls at these corners.
+    pub fn hold(&mut self, corners: [bool; 3]) {
+        for i in (0..9).filter(|i| corners[i / 3]) {
+            self.right[i] = 0.0;
+            self.matrix[i] = [0.0; 9];
+            self.matrix.iter_mut().for_each(|row| row[i] = 0.0);
+        }
+    }
 }
 
 /// How the pairs of one triangle pull at the places of its corners. `uvs`: the corners' texture coordinates.
@@ -51,7 +62,7 @@ pub(crate) fn local_equations(
             [0, 1, 2].map(|row| [0, 1, 2].map(|column| weight * f64::from(m[row][column])))
         });
         let pulled = slopes.map(|s| multiply(&stiff, &s));
-        add_tilt(&mut local, full, pair, corners, places, matrices);
+        add_tilt(&mut local, full, shape, pair, (corners, places), matrices);
         for k in 0..3 {
             for i in 0..3 {
                 let pull: f64 = (0..3).map(|row| slopes[k][row][i] * force[row]).sum();
@@ -103,13 +114,14 @@ pub(crate) fn add_rim(local: &mut Local, pair: &RimPair) {
 fn add_tilt(
     local: &mut Local,
     full: &FullDetail<'_>,
+    shape: &Shape,
     pair: &Pair,
-    corners: [u32; 3],
-    places: [[f32; 3]; 3],
+    (corners, places): ([u32; 3], [[f32; 3]; 3]),
     matrices: &[Vec<Mat3x4>],
 ) {
     let Some((n, rises)) = tilts(full, pair, corners, places, matrices) else { return };
-    let share = f64::from(pair.share) * full.tilt_shares[pair.full_triangle as usize] / 3.0;
+    let heed = tilt_heed(full, shape, pair, mean_square(rises));
+    let share = f64::from(pair.share) * full.tilt_shares[pair.full_triangle as usize] * heed / 3.0;
     // How each corner's height over the plane changes with its place.
     let slopes = [0, 1, 2].map(|k| {
         let m = &matrices[pair.frame as usize][corners[k] as usize];

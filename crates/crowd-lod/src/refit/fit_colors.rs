@@ -10,8 +10,10 @@ use crate::quadrics::{dot, sub};
 use crate::split_seams::zero_signless_bits;
 use rayon::prelude::*;
 
-/// How far a coordinate is tried to each side, in mean edges of the texture around it; one sweep over all of them each.
-const STEPS: [f32; 2] = [0.12, 0.05];
+/// How far a coordinate is tried to each side, in mean edges of the texture around it.
+const STEPS: [f32; 3] = [0.12, 0.05, 0.02];
+/// Sweeps over all coordinates with each step.
+const SWEEP_COUNT: usize = 3;
 /// What is saved at least, as a share: pairs are a sample, not the surface.
 const LEAST_GAIN: f64 = 0.02;
 /// A triangle of the texture keeps at least this share of its area.
@@ -82,7 +84,7 @@ pub(crate) fn fit_colors(
         let [a, b, c] = corners[t as usize].map(|g| uvs[g as usize]);
         (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     };
-    for step in STEPS {
+    for step in STEPS.into_iter().flat_map(|step| [step; SWEEP_COUNT]) {
         for g in 0..count {
             if around[g].is_empty() {
                 continue;
@@ -98,16 +100,20 @@ pub(crate) fn fit_colors(
                 length +=
                     (along(uv[0], uv[1]) + along(uv[1], uv[2]) + along(uv[2], uv[0])) / (3 * around[g].len()) as f32;
             }
-            let inside = !charts.is_corner(chart, first[g])
-                && charts.to_rim(chart, first[g]).is_none_or(|(_, distance)| distance > 1.0e-4 * length);
+            let at_corner = charts.is_corner(chart, first[g]);
+            let inside =
+                !at_corner && charts.to_rim(chart, first[g]).is_none_or(|(_, distance)| distance > 1.0e-4 * length);
             let half = [0, 1].map(|k| (first[g][k] + before[k]) / 2.0);
             let mut tried = vec![first[g]];
+            let step = step * length;
+            let beside = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
+                .map(|(u, v)| [before[0] + u * step, before[1] + v * step]);
             if inside {
-                let step = step * length;
                 tried.push(half);
-                for (u, v) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
-                    tried.push([before[0] + u * step, before[1] + v * step]);
-                }
+                tried.extend(beside);
+            } else if !at_corner {
+                // On the rim it slides along it.
+                tried.extend(beside.iter().filter_map(|&uv| charts.to_rim(chart, uv)).map(|(on_rim, _)| on_rim));
             }
             for uv in tried {
                 if uv == before {
@@ -169,6 +175,12 @@ mod tests {
             let near = if v == middle { 0.02 } else { 0.0 };
             assert!((found[v][0] - level.uvs[v][0]).abs() <= near, "{v}: {:?}", found[v]);
         }
+        // On the rim it slides back along it.
+        let below = level.uvs.iter().position(|&uv| uv == [0.5, 0.0]).expect("a vertex on the rim");
+        let mut slid = level.uvs.clone();
+        slid[below] = [0.58, 0.0];
+        let found = fit_colors(&full, &shape, &pairs, &dress, &level, &slid)[below];
+        assert!((found[0] - 0.5).abs() <= 0.02 && found[1] == 0.0, "{found:?}");
         // Nobody knows the colours: nothing moves.
         let blind = mesh.mesh();
         let full = FullDetail::new(&blind, &poses.poses(), &order, 1);

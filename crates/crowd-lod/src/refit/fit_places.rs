@@ -15,14 +15,15 @@ const STEP_LIMIT: f32 = 0.5;
 /// A triangle may turn, in any frame, up to this cosine from where it was before the fit.
 const TURN_COS: f32 = 0.2;
 
-/// Where each place should go, metres, from where it is. `corner_uvs`: texture coordinates of each triangle's corners.
+/// Where each place should go, metres, from where it is. `corner_uvs`: texture coordinates of each triangle's corners. `pulls`: the
+/// pairs of the surfaces and of the rims. `held`: places that stay.
 pub(crate) fn solve_places(
     full: &FullDetail<'_>,
     shape: &Shape,
     corner_uvs: &[[[f32; 2]; 3]],
     matrices: &[Vec<Mat3x4>],
-    pairs: &[Pair],
-    rim_pairs: &[RimPair],
+    (pairs, rim_pairs): (&[Pair], &[RimPair]),
+    held: &[bool],
 ) -> Vec<[f64; 3]> {
     let by_triangle = sort_by_triangle(shape.triangles.len(), pairs);
     let mut locals: Vec<Local> = by_triangle
@@ -33,6 +34,7 @@ pub(crate) fn solve_places(
     rim_pairs.iter().for_each(|pair| add_rim(&mut locals[pair.triangle as usize], pair));
     let corners: Vec<[usize; 3]> = (0..shape.triangles.len()).map(|t| shape.corner_places(t)).collect();
     add_damping(&mut locals);
+    locals.iter_mut().zip(&corners).for_each(|(local, corners)| local.hold(corners.map(|p| held[p])));
     conjugate_gradients(&locals, &corners, shape.places.len())
 }
 

@@ -18,7 +18,11 @@ const MOST_COLOR_SHARE: f64 = 0.3;
 /// What the squared rise of an edge over full detail's plane counts.
 pub(crate) const TILT_SHARE: f64 = 0.02;
 /// The same where faces are shaded by their own normals: there tilts are all that is seen.
-pub(crate) const FLAT_TILT_SHARE: f64 = 0.08;
+pub(crate) const FLAT_TILT_SHARE: f64 = 0.16;
+/// Rise, in mean edges of the level, at which a tilt of a flat face counts by its square as all others do: larger ones count by
+/// their size, so that few faces are off and not all a little. Rises well below [`NARROW_RISE`] of it count by their square after all.
+const FLAT_RISE: f64 = 0.1;
+const NARROW_RISE: f64 = 0.1;
 /// What a squared distance between rims counts next to one between surfaces, half an edge wide.
 pub(crate) const RIM_SHARE: f64 = 0.05;
 /// Cosine between faces below which their tilt tells nothing.
@@ -86,7 +90,7 @@ pub(crate) fn objective(
         let corners = shape.triangles[pair.triangle as usize];
         let places = shape.corner_places(pair.triangle as usize).map(|p| shape.places[p]);
         let tilt = tilts(full, pair, corners, places, matrices)
-            .map_or(0.0, |(_, t)| (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]) / 3.0);
+            .map_or(0.0, |(_, rises)| tilt_cost(full, shape, pair, mean_square(rises)));
         f64::from(pair.share)
             * (f64::from(dot(pair.offset, pair.offset))
                 + full.slide_shares[pair.full_triangle as usize] * slide
@@ -94,6 +98,31 @@ pub(crate) fn objective(
     };
     let parts: Vec<f64> = pairs.par_chunks(4096).map(|chunk| chunk.iter().map(one).sum()).collect();
     parts.iter().sum::<f64>() / 2.0
+}
+
+/// Mean square of the rises of a triangle's edges.
+pub(crate) fn mean_square(rises: [f64; 3]) -> f64 {
+    rises.iter().map(|rise| rise * rise).sum::<f64>() / 3.0
+}
+
+/// What a tilt costs, m². `squared`: mean square of the rises.
+fn tilt_cost(full: &FullDetail<'_>, shape: &Shape, pair: &Pair, squared: f64) -> f64 {
+    if !counts_by_size(full, shape, pair) {
+        return squared;
+    }
+    let (unit, rise) = (FLAT_RISE * shape.mean_edge, squared.sqrt());
+    let narrow = NARROW_RISE * unit;
+    2.0 * unit * (rise - narrow * libm::log(1.0 + rise / narrow))
+}
+
+/// The same as a weight of the square.
+pub(crate) fn tilt_heed(full: &FullDetail<'_>, shape: &Shape, pair: &Pair, squared: f64) -> f64 {
+    let unit = FLAT_RISE * shape.mean_edge;
+    if counts_by_size(full, shape, pair) { unit / (squared.sqrt() + NARROW_RISE * unit) } else { 1.0 }
+}
+
+fn counts_by_size(full: &FullDetail<'_>, shape: &Shape, pair: &Pair) -> bool {
+    shape.mean_edge > 0.0 && full.is_flat(pair.full_triangle)
 }
 
 /// Full detail's unit normal at a pair, and how far each edge of the level's triangle rises along it, metres. `None` where the
@@ -113,4 +142,38 @@ pub(crate) fn tilts(
     let same_side = length > f32::MIN_POSITIVE && dot(own, n) > SAME_SIDE_COS * length * dot(own, own).sqrt();
     let n = n.map(|c| c / length);
     same_side.then(|| (n, [0, 1, 2].map(|k| f64::from(dot(n, sub(posed[(k + 1) % 3], posed[k]))))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::refit::pairs::Contact;
+    use crate::test_meshes::{TestPoses, grid, quick};
+    use crate::{Appearance, level_mesh, simplify};
+
+    #[test]
+    fn tilts_of_flat_faces_count_by_their_size_and_weights_are_slopes() {
+        let mesh = grid(2, 2, |_, _| 0.0, |_, _| false);
+        for flat in [true, false] {
+            let appearance = Appearance { flat_materials: &[flat], ..Appearance::default() };
+            let lod_mesh = LodMesh { appearance, ..mesh.mesh() };
+            let poses = TestPoses::rest();
+            let order = simplify(&lod_mesh, &poses.poses(), &quick(), &|_| ()).expect("a valid mesh");
+            let full = FullDetail::new(&lod_mesh, &poses.poses(), &order, 1);
+            let shape = Shape::new(&level_mesh(&lod_mesh, &order, order.levels.last().expect("full detail")));
+            let (frame, triangle, full_triangle) = (0, 0, 0);
+            let (weights, full_weights, offset) = ([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]);
+            let contact = Contact::Corner;
+            let pair = Pair { frame, triangle, weights, full_triangle, full_weights, offset, contact, share: 1.0 };
+            let cost = |squared| tilt_cost(&full, &shape, &pair, squared);
+            for rise in [0.001, 0.1, 2.0] {
+                let squared = rise * rise;
+                let slope = (cost(squared * 1.001) - cost(squared * 0.999)) / (squared * 0.002);
+                let heed = tilt_heed(&full, &shape, &pair, squared);
+                assert!((slope / heed - 1.0).abs() < 1.0e-3, "{flat} {rise}: {slope} {heed}");
+            }
+            let growth = cost(4.0) / cost(1.0);
+            assert!(if flat { growth < 2.2 } else { growth == 4.0 }, "{flat}: {growth}");
+        }
+    }
 }

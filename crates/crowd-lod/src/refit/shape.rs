@@ -1,6 +1,7 @@
 //! The level while it is fitted: places that move, and the skins on them.
 
 use super::full_detail::Frame;
+use crate::quadrics::{dot, sub};
 use crate::split_seams::{skinning_key, zero_signless_bits};
 use crate::{LevelMesh, Mat3x4};
 use rayon::prelude::*;
@@ -24,6 +25,8 @@ pub(crate) struct Shape {
     pub skins: Vec<Skin>,
     /// Skin of each vertex of the level.
     pub skin_of: Vec<u32>,
+    /// Mean edge of the triangles in bind space as they were at first, metres.
+    pub mean_edge: f64,
 }
 
 impl Shape {
@@ -46,7 +49,8 @@ impl Shape {
             places.push(level.positions[at_place[0] as usize]);
         }
         let triangles = level.triangles.iter().map(|t| t.map(|v| skin_of[v as usize])).collect();
-        Self { triangles, places, skins, skin_of }
+        let mean_edge = mean_edge(level);
+        Self { triangles, places, skins, skin_of, mean_edge }
     }
 
     /// Place of each corner of a triangle.
@@ -78,6 +82,15 @@ impl Shape {
             level.weights[v] = skin.weights;
         }
     }
+}
+
+fn mean_edge(level: &LevelMesh) -> f64 {
+    let edge = |a: u32, b: u32| {
+        let along = sub(level.positions[b as usize], level.positions[a as usize]);
+        f64::from(dot(along, along).sqrt())
+    };
+    let sum: f64 = level.triangles.iter().map(|&[a, b, c]| edge(a, b) + edge(b, c) + edge(c, a)).sum();
+    sum / (3 * level.triangles.len()).max(1) as f64
 }
 
 /// The matrix of a skin.
