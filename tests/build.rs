@@ -1,5 +1,6 @@
-//! Two switches for the tests of this package, so that a test that cannot run shows as ignored, with its reason:
-//! `crowd_assets` where real characters are at hand, `crowd_no_gpu` where the run opted out of GPU tests aloud.
+//! Three switches for the tests of this package, so that a test that cannot run shows as ignored, with its reason:
+//! `crowd_assets` where real characters are at hand, `crowd_no_gpu` where the run opted out of GPU tests aloud,
+//! `crowd_no_display` where there is no Xvfb to open a window in.
 
 use std::path::Path;
 
@@ -15,6 +16,12 @@ fn main() {
     let named = std::env::var_os("CROWD_ASSETS").filter(|v| !v.is_empty());
     if named.is_some_and(|folder| Path::new(&folder).is_dir()) || beside_the_repository.is_dir() {
         println!("cargo::rustc-cfg=crowd_assets");
+    }
+    println!("cargo::rustc-check-cfg=cfg(crowd_no_display)");
+    println!("cargo::rerun-if-env-changed=PATH");
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    if !std::env::split_paths(&path).any(|folder| folder.join("Xvfb").is_file()) {
+        println!("cargo::rustc-cfg=crowd_no_display");
     }
     if std::env::var_os("CROWD_NO_GPU").is_some_and(|v| v == "1") {
         println!("cargo::rustc-cfg=crowd_no_gpu");

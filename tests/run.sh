@@ -20,7 +20,7 @@ install_software_vulkan() {
   fi
   echo "tests: no Vulkan driver found; installing software Vulkan (lavapipe)" >&2
   if command -v apt-get >/dev/null; then
-    $as_root apt-get update -qq && $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq mesa-vulkan-drivers libvulkan1
+    $as_root apt-get update -qq && $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq mesa-vulkan-drivers libvulkan1 xvfb
   elif command -v dnf >/dev/null; then
     $as_root dnf install -y -q mesa-vulkan-drivers vulkan-loader
   elif command -v pacman >/dev/null; then
@@ -35,6 +35,11 @@ if [ "$(uname -s)" = Linux ] && [ "${CROWD_NO_GPU:-0}" != 1 ] && ! vulkan_driver
     echo "tests: WARNING: no Vulkan driver and none could be installed: GPU tests are ignored in this run" >&2
     export CROWD_NO_GPU=1
   fi
+fi
+
+# The window is tested in a display without a screen.
+if [ "$(uname -s)" = Linux ] && [ "${CROWD_NO_GPU:-0}" != 1 ] && ! command -v Xvfb >/dev/null; then
+  echo "tests: WARNING: no Xvfb: tests of the window are ignored in this run (install xvfb)" >&2
 fi
 
 # Mesa's device-select layer, on by default, complains of a missing XDG_RUNTIME_DIR at every start; we choose no device by it.

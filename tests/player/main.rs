@@ -4,12 +4,14 @@ mod baked;
 mod bench;
 mod compare;
 mod figures;
+mod film;
 mod memory;
 mod motion;
 mod moving;
 mod outputs;
 mod pictures;
 mod views;
+mod window;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -27,6 +29,19 @@ pub(crate) fn crowdplay(words: &[&str]) -> Ran {
     let words: Vec<&str> = std::iter::once("crowdplay").chain(words.iter().copied()).collect();
     let code = crowdplay::run(words, &mut stdout, &mut stderr);
     Ran { code, stdout, stderr: String::from_utf8(stderr).expect("the player talks in UTF-8") }
+}
+
+/// The real program, beside this test: `target/release/deps/player-...` is the test, `target/release/crowdplay` the program.
+pub(crate) fn player() -> std::process::Command {
+    let test = std::env::current_exe().expect("the test has a path");
+    let folder = test.parent().and_then(Path::parent).expect("tests lie in a folder of the target folder");
+    let program = folder.join(format!("crowdplay{}", std::env::consts::EXE_SUFFIX));
+    assert!(
+        program.is_file(),
+        "{} is missing: run `cargo build --release -p crowdplay --bins` first, as tests/run.sh does",
+        program.display()
+    );
+    std::process::Command::new(program)
 }
 
 /// A folder of its own with a pack of two posts in it.

@@ -1,6 +1,6 @@
-//! What a picture shows besides people as they look: views, the reference camera, films.
+//! What a picture shows besides people as they look: views, the reference camera.
 
-use crate::{Scene, crowdplay};
+use crate::Scene;
 use image::{Rgb, RgbImage};
 
 const CROWD: [&str; 8] = ["--count", "300", "--size", "384x216", "--backend", "gpu", "--eye=0,2,4", "--target=0,1,-8"];
@@ -61,23 +61,4 @@ fn the_reference_camera_shows_the_culled_in_the_corner_and_changes_nothing_else(
     let flock = ["--flock", "300", "--simulate", "gpu", "--size", "384x216", "--eye=0,2,4", "--target=0,1,-8"];
     let plain = scene.picture(&flock);
     assert!(differ(&plain, &scene.picture(&[&flock[..], &["--reference-camera"]].concat())) > 2000);
-}
-
-#[test]
-fn a_film_is_made_by_ffmpeg_or_refused_without() {
-    let scene = Scene::new();
-    let film = scene.path("film.mp4");
-    let words = ["--headless", "--count", "9", "--size", "65x35", "--backend", "cpu", "--frames", "3", "--out", &film];
-    let ran = crowdplay(&[&[scene.pack().as_str()][..], &words].concat());
-    if ran.code == 0 {
-        assert!(std::fs::metadata(&film).is_ok_and(|file| file.len() > 100));
-    } else {
-        assert_eq!(ran.code, 5, "{}", ran.stderr);
-        assert!(ran.stderr.contains("ffmpeg") && ran.stderr.contains("frame-%04d.png"), "{}", ran.stderr);
-        assert!(!std::path::Path::new(&film).exists());
-    }
-    let files = std::fs::read_dir(scene.file("film.mp4").parent().expect("a folder")).expect("readable");
-    let left =
-        files.filter(|file| file.as_ref().is_ok_and(|f| f.file_name().to_string_lossy().starts_with(".crowdplay-")));
-    assert_eq!(left.count(), 0, "nothing half-written stays");
 }

@@ -47,17 +47,21 @@ impl Film {
         std::fs::create_dir_all(folder).map_err(refused)?;
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         // ffmpeg knows the format by the ending.
-        let unfinished = tempfile::Builder::new()
-            .prefix(".crowdplay-")
-            .suffix(&format!(".{ending}"))
-            .tempfile_in(folder)
-            .map_err(refused)?
-            .into_temp_path();
+        let suffix = format!(".{ending}");
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".crowdplay-").suffix(&suffix);
+        #[cfg(unix)]
+        {
+            // Like any file a program makes: the umask decides, not the temporary file's 0600.
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let unfinished = builder.tempfile_in(folder).map_err(refused)?.into_temp_path();
         let said = tempfile::tempfile().map_err(refused)?;
-        let rate_hz = if dt_s > 0.0 { (1.0 / f64::from(dt_s)).clamp(0.01, 1000.0) } else { 30.0 };
+        let rate_hz = if dt_s > 0.0 { (1.0 / dt_s).clamp(0.01, 1000.0) } else { 30.0 };
         let mut command = Command::new("ffmpeg");
         command.args(["-loglevel", "error", "-y", "-f", "image2pipe", "-c:v", "png", "-framerate"]);
-        command.arg(format!("{rate_hz:.6}")).args(["-i", "-"]);
+        command.arg(format!("{rate_hz:.4}")).args(["-i", "-"]);
         if ending != "gif" {
             // What players know; it has colours for two by two pixels.
             command.args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]);

@@ -274,6 +274,19 @@ impl Canvas {
     /// # Errors
     /// [`crowd_stages::Error::OutOfMemory`] when the device has no room for it.
     pub fn new(device: &wgpu::Device, size: [u32; 2], format: wgpu::TextureFormat) -> Result<Self> {
+        Self::seen_as(device, size, format, &[])
+    }
+
+    /// The same, that may also be seen in other formats.
+    ///
+    /// # Errors
+    /// [`crowd_stages::Error::OutOfMemory`] when the device has no room for it.
+    pub fn seen_as(
+        device: &wgpu::Device,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+        view_formats: &[wgpu::TextureFormat],
+    ) -> Result<Self> {
         let bytes = u64::from(size[0]) * u64::from(size[1]) * 4;
         let texture = texture_or_error(
             device,
@@ -288,11 +301,16 @@ impl Canvas {
                 dimension: wgpu::TextureDimension::D2,
                 format,
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
+                view_formats,
             },
         )?;
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         Ok(Self { texture, view, size, format })
+    }
+
+    /// What is drawn into.
+    pub fn texture(&self) -> &wgpu::Texture {
+        &self.texture
     }
 
     /// Bytes of the texture, and of the buffer that its pixels are read back through.

@@ -31,6 +31,7 @@ mod step_match;
 pub mod surface;
 pub mod view;
 pub mod window;
+pub mod window_words;
 
 pub use error::{Error, Result};
 
@@ -108,7 +109,7 @@ fn follow(args: &cli::Args, stdout: &mut dyn Write, stderr: &mut dyn Write) -> R
     }
     let plan = plan::plan(args)?;
     output_paths::refuse_shared(&plan)?;
-    if matches!(plan.show, plan::Show::Window { .. }) {
+    if matches!(plan.show, plan::Show::Window(_)) {
         window::expect_display()?;
     }
     let aspect = plan.size[0] as f32 / plan.size[1] as f32;
@@ -118,7 +119,7 @@ fn follow(args: &cli::Args, stdout: &mut dyn Write, stderr: &mut dyn Write) -> R
     }
     let report = match &plan.show {
         plan::Show::Headless(headless) => headless::render(&plan, headless, &mut crowd, stdout, &mut talk)?,
-        plan::Show::Window { frames } => window::show(&plan, *frames, crowd, &mut talk)?,
+        plan::Show::Window(shown) => window::show(&plan, shown, crowd, &mut talk)?,
     };
     plan.report.as_deref().map_or(Ok(()), |path| headless::write_report(&report, path, stdout))
 }

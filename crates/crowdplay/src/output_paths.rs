@@ -1,7 +1,7 @@
 //! No output may fall on an input or on another output, however the two are spelled.
 
 use crate::picture::is_device;
-use crate::plan::{CameraPlan, FeedPlan, HeadlessPlan, LayoutPlan, MotionPlanWord, Plan, Show};
+use crate::plan::{CameraPlan, FeedPlan, HeadlessPlan, LayoutPlan, MotionPlanWord, Plan, Show, WindowPlan};
 use crate::{Error, Result};
 use std::path::{Component, Path, PathBuf};
 
@@ -19,6 +19,9 @@ pub fn refuse_shared(plan: &Plan) -> Result<()> {
     if let Some(path) = &plan.record_camera {
         refuse("--record-camera", path, &places(&taken))?;
         taken.push(("--record-camera", path));
+    }
+    if let Show::Window(WindowPlan { screenshot: Some(path), .. }) = &plan.show {
+        refuse("--screenshot", path, &places(&taken))?;
     }
     let Show::Headless(HeadlessPlan { frames, out: Some(out), .. }) = &plan.show else { return Ok(()) };
     let taken = places(&taken);

@@ -1,18 +1,36 @@
-//! What stands over the picture: numbers, a graph of frame times, sliders, keys.
+//! What stands over the picture: numbers and controls on the left, times by stage and keys on the right.
+
+mod controls;
+mod numbers;
 
 use crate::camera_control::{CameraControl, Mode};
-use crate::memory::MEGABYTE;
 use crate::stats;
 use crowd_stages::gpu::SkinningChoice;
-use crowd_stages::{BudgetIn, DrawOptions, Fit, FrameTotals, Levels, Skinning, Technique, View, Weight};
-use egui::{Color32, RichText, Sense, Slider, Stroke, Ui, pos2, vec2};
+use crowd_stages::{BudgetIn, DrawOptions, Fit, FrameTotals, Technique, Weight};
+use egui::{Align2, Color32, RichText, ScrollArea, Ui, vec2};
 use std::collections::VecDeque;
 
 /// Frame times the graph shows.
 pub const GRAPH_FRAMES: usize = 180;
 
+/// Width of what stands on the left, points.
+const LEFT_WIDTH: f32 = 316.0;
+/// Width of what stands on the right, points.
+const RIGHT_WIDTH: f32 = 204.0;
+/// Bar and margins of a panel, points.
+const FRAME_HEIGHT: f32 = 60.0;
+
+/// A picture to be saved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shot {
+    /// The crowd alone.
+    Crowd,
+    /// All that the window shows.
+    Window,
+}
+
 /// What the user can change while it runs.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Knobs {
     /// Vertices, or triangles, a frame: N.
     pub budget: u32,
@@ -51,10 +69,20 @@ pub struct Knobs {
     /// A second camera is shown in the corner.
     pub reference: bool,
     /// A picture is wanted.
-    pub screenshot: bool,
+    pub shot: Option<Shot>,
 }
 
 impl Knobs {
+    /// Whether the budget is filled up, by water or by error; Eq. 1 as printed does not.
+    pub fn has_water(&self) -> bool {
+        self.draw.fit == Fit::Fill || self.weight == Weight::Error
+    }
+
+    /// What the budget counts in fact: Eq. 1 as printed knows vertices alone.
+    pub fn counts(&self) -> BudgetIn {
+        if self.has_water() { self.budget_in } else { BudgetIn::Vertices }
+    }
+
     /// Whether the technique keeps a frame that a second camera can show.
     pub fn can_show_reference(&self) -> bool {
         !self.draw.occludes() && !matches!(self.draw.technique, Technique::PseudoInstancing | Technique::Discrete)
@@ -66,12 +94,18 @@ impl Knobs {
 pub struct Readings {
     /// Adapter and backend.
     pub adapter: String,
+    /// A GPU draws, or software that plays one.
+    pub on_gpu: bool,
+    /// The pack has impostors.
+    pub has_impostors: bool,
     /// Instances.
     pub instances: u32,
     /// Triangles of all instances at full detail.
     pub triangles_full: u64,
     /// Newest finished frame.
     pub totals: FrameTotals,
+    /// Runs of the vertex shader over the crowd in it, where the adapter counts them.
+    pub vertex_runs: Option<u64>,
     /// Milliseconds by stage of the newest finished frame.
     pub stages_ms: Vec<(&'static str, f32)>,
     /// Newest last, milliseconds.
@@ -116,34 +150,63 @@ pub fn show(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &Camer
     if !knobs.visible {
         return;
     }
-    let most_height = ui.ctx().content_rect().height() - 60.0;
-    egui::Window::new("crowdplay").default_pos([8.0, 8.0]).auto_sized().show(ui.ctx(), |ui| {
-        ui.set_width(280.0);
-        egui::ScrollArea::vertical().max_height(most_height).show(ui, |ui| {
-            compact(ui);
-            everything(ui, knobs, readings, control);
+    let room = ui.ctx().content_rect().size();
+    let has_right = room.x >= LEFT_WIDTH + RIGHT_WIDTH + 80.0;
+    panel("crowdplay", Align2::LEFT_TOP, 8.0).show(ui.ctx(), |ui| {
+        scrolled(ui, LEFT_WIDTH, room.y, |ui| {
+            numbers::numbers(ui, knobs, readings);
+            numbers::graph(ui, &readings.frame_ms);
+            for line in stats::overflow_messages(&readings.totals, (knobs.budget, knobs.counts()), knobs.max_px) {
+                ui.label(RichText::new(line).color(Color32::from_rgb(255, 150, 90)));
+            }
+            if let Some(message) = &readings.message {
+                ui.label(RichText::new(message).color(Color32::from_rgb(150, 220, 150)));
+            }
+            section(ui, "Level of detail", |ui| controls::levels_of_detail(ui, knobs, readings));
+            section(ui, "Drawing", |ui| controls::drawing(ui, knobs, readings));
+            section(ui, "Looking", |ui| controls::looking(ui, knobs, readings));
+            if !has_right {
+                times_and_keys(ui, readings, control);
+            }
         });
+    });
+    if has_right {
+        panel("times and keys", Align2::RIGHT_TOP, -8.0).show(ui.ctx(), |ui| {
+            // The lower third is the reference camera's.
+            scrolled(ui, RIGHT_WIDTH, room.y * if knobs.reference { 0.66 } else { 1.0 }, |ui| {
+                times_and_keys(ui, readings, control);
+            });
+        });
+    }
+}
+
+fn panel(title: &'static str, corner: Align2, margin: f32) -> egui::Window<'static> {
+    egui::Window::new(title).anchor(corner, [margin, 8.0]).auto_sized()
+}
+
+/// Small, and scrolled where the window is low, so that it leaves the crowd in sight.
+fn scrolled(ui: &mut Ui, width: f32, room_height: f32, show: impl FnOnce(&mut Ui)) {
+    ui.set_width(width);
+    // Without the least height it would stay as low as the lowest window so far.
+    let height = (room_height - FRAME_HEIGHT).max(40.0);
+    ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
+        compact(ui);
+        show(ui);
     });
 }
 
-fn everything(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings, control: &CameraControl) {
-    numbers(ui, knobs, readings);
-    graph(ui, &readings.frame_ms);
-    for line in stats::overflow_messages(&readings.totals, (knobs.budget, knobs.budget_in), knobs.max_px) {
-        ui.label(RichText::new(line).color(Color32::from_rgb(255, 150, 90)));
-    }
-    ui.separator();
-    sliders(ui, knobs, readings);
-    if !readings.stages_ms.is_empty() {
-        egui::CollapsingHeader::new("Times").default_open(true).show(ui, |ui| stages(ui, &readings.stages_ms));
-    }
-    egui::CollapsingHeader::new("Keys").default_open(true).show(ui, |ui| keys(ui, control));
-    if let Some(message) = &readings.message {
-        ui.label(RichText::new(message).color(Color32::from_rgb(150, 220, 150)));
-    }
+fn section(ui: &mut Ui, title: &str, show: impl FnOnce(&mut Ui)) {
+    egui::CollapsingHeader::new(title).default_open(true).show_unindented(ui, show);
 }
 
-/// Small, so that it fits a low window and leaves the crowd in sight.
+fn times_and_keys(ui: &mut Ui, readings: &Readings, control: &CameraControl) {
+    if !readings.stages_ms.is_empty() {
+        section(ui, "Times", |ui| numbers::stages(ui, &readings.stages_ms));
+    }
+    section(ui, "Keys", |ui| keys(ui, control));
+}
+
+/// Small letters in close rows.
 fn compact(ui: &mut Ui) {
     let style = ui.style_mut();
     for (text_style, size) in
@@ -158,220 +221,23 @@ fn compact(ui: &mut Ui) {
     style.spacing.interact_size.y = 15.0;
 }
 
-fn numbers(ui: &mut Ui, knobs: &Knobs, readings: &Readings) {
-    let totals = &readings.totals;
-    let last_ms = readings.frame_ms.back().copied().unwrap_or(0.0);
-    ui.label(RichText::new(format!("{:.0} fps   {last_ms:.1} ms", readings.fps())).strong().size(16.0));
-    let row = |ui: &mut Ui, name: &str, value: String| {
-        ui.label(name);
-        ui.label(RichText::new(value).monospace());
-        ui.end_row();
-    };
-    egui::Grid::new("numbers").num_columns(2).spacing([8.0, 0.0]).show(ui, |ui| {
-        row(ui, "Instances", grouped(u64::from(readings.instances)));
-        row(ui, "Visible", grouped(u64::from(totals.visible_count)));
-        let culled = format!("{} outside", grouped(u64::from(totals.outside_count)));
-        let hidden = format!("{culled}, {} hidden", grouped(u64::from(totals.occluded_count)));
-        row(ui, "Left out", if knobs.draw.occludes() { hidden } else { culled });
-        let share = 100.0 * f64::from(totals.triangle_count) / readings.triangles_full.max(1) as f64;
-        let triangles = grouped(u64::from(totals.triangle_count));
-        row(ui, "Triangles", format!("{triangles} of {} ({share:.1} %)", grouped(readings.triangles_full)));
-        let in_triangles = knobs.budget_in == BudgetIn::Triangles;
-        let counted = if in_triangles { totals.triangle_count } else { totals.vertex_count };
-        let used = 100.0 * f64::from(counted) / f64::from(knobs.budget.max(1));
-        let plain = 100.0 * f64::from(totals.wanted_count) / f64::from(knobs.budget.max(1));
-        let vertices = grouped(u64::from(totals.vertex_count));
-        row(
-            ui,
-            "Vertices",
-            match knobs.draw.technique.has_budget() {
-                true if in_triangles => format!("{vertices}; triangles {used:.1} % of N"),
-                true => format!("{vertices} of N ({used:.1} %, Eq. 1 alone {plain:.1} %)"),
-                false => format!("{vertices}, no budget"),
-            },
-        );
-        if totals.threshold_px > 0.0 {
-            row(ui, "Error", format!("{:.2} px at most", totals.threshold_px));
-        }
-        row(ui, "Draws", grouped(u64::from(totals.draw_count)));
-        if readings.gpu_bytes > 0 {
-            let taken = format!("{:.1} MB", readings.gpu_bytes as f64 / MEGABYTE as f64);
-            let of = readings.vram_bytes.map(|most| format!(" of {:.1}", most as f64 / MEGABYTE as f64));
-            row(ui, "GPU memory", taken + &of.unwrap_or_default());
-        }
-        row(ui, "Drawn by", readings.adapter.clone());
-    });
-}
-
-/// Bars of the last frames; lines at 60 and 30 frames a second.
-fn graph(ui: &mut Ui, frame_ms: &VecDeque<f32>) {
-    let (area, _) = ui.allocate_exact_size(vec2(ui.available_width().max(260.0), 44.0), Sense::hover());
-    let painter = ui.painter_at(area);
-    painter.rect_filled(area, 2.0, Color32::from_black_alpha(120));
-    let longest = frame_ms.iter().copied().fold(20.0, f32::max) * 1.1;
-    let y_of = |ms: f32| area.bottom() - area.height() * (ms / longest).min(1.0);
-    let bar = area.width() / GRAPH_FRAMES as f32;
-    for (i, &ms) in frame_ms.iter().enumerate() {
-        let x = area.left() + bar * (i as f32 + 0.5);
-        let color = match ms {
-            ms if ms <= 17.5 => Color32::from_rgb(110, 200, 120),
-            ms if ms <= 34.0 => Color32::from_rgb(220, 200, 90),
-            _ => Color32::from_rgb(230, 120, 80),
-        };
-        painter.line_segment([pos2(x, area.bottom()), pos2(x, y_of(ms))], Stroke::new(bar.max(1.0), color));
-    }
-    for (ms, name) in [(1e3 / 60.0, "60"), (1e3 / 30.0, "30")] {
-        // Of slow frames the lines would lie on each other at the bottom.
-        if (0.25..1.0).contains(&(ms / longest)) {
-            let line = Stroke::new(1.0, Color32::from_white_alpha(90));
-            painter.line_segment([pos2(area.left(), y_of(ms)), pos2(area.right(), y_of(ms))], line);
-            let at = pos2(area.right() - 2.0, y_of(ms));
-            let font = egui::FontId::proportional(10.0);
-            painter.text(at, egui::Align2::RIGHT_BOTTOM, name, font, Color32::from_white_alpha(160));
-        }
-    }
-}
-
-fn sliders(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
-    if let Some(motion) = &mut knobs.motion {
-        ui.checkbox(motion, "people change what they do").on_hover_text(
-            "They go by the motion graph (--motion-graph) and fade from clip to clip; else everyone keeps one",
-        );
-    }
-    if knobs.can_hold {
-        ui.checkbox(&mut knobs.draw.holds_poses, "hold poses of far ones")
-            .on_hover_text("Poses change 50 times a second nearby and 4 times far away (--pose-rates)");
-        ui.checkbox(&mut knobs.draw.share_poses, "share them").on_hover_text(
-            "Each held pose is worked out once for all who are in it, with --skinning palettes or compute",
-        );
-    }
-    ui.checkbox(&mut knobs.draw.frozen, "freeze culling and levels (F)")
-        .on_hover_text("Who is drawn and at which levels stays; go around and look at it");
-    let largest = knobs.largest_budget.max(1_001);
-    ui.add(Slider::new(&mut knobs.budget, 1_000..=largest).logarithmic(true).text("budget N"));
-    ui.horizontal(|ui| {
-        let mut holds = knobs.target_ms.is_some();
-        ui.checkbox(&mut holds, "hold");
-        let mut target_ms = knobs.target_ms.unwrap_or(16.0);
-        ui.add_enabled(holds, Slider::new(&mut target_ms, 1.0..=200.0).logarithmic(true).text("ms a frame"));
-        knobs.target_ms = holds.then_some(target_ms);
-    });
-    ui.add(Slider::new(&mut knobs.alpha, 1.0..=8.0).text("alpha"));
-    ui.horizontal(|ui| {
-        ui.label("Weight");
-        ui.selectable_value(&mut knobs.weight, Weight::Area, "area");
-        ui.selectable_value(&mut knobs.weight, Weight::AreaDistance, "area, distance");
-        ui.selectable_value(&mut knobs.weight, Weight::Error, "error");
-    });
-    ui.horizontal_wrapped(|ui| {
-        ui.label("Technique");
-        for technique in Technique::ALL {
-            ui.selectable_value(&mut knobs.draw.technique, technique, technique.name())
-                .on_hover_text(technique.describe());
-        }
-    });
-    if knobs.draw.technique.has_budget() {
-        ui.horizontal(|ui| {
-            ui.label("Budget");
-            ui.selectable_value(&mut knobs.draw.fit, Fit::Fill, "filled");
-            ui.selectable_value(&mut knobs.draw.fit, Fit::Plain, "Eq. 1 as printed");
-        });
-        ui.horizontal(|ui| {
-            // With --vram what fits was found for the one that was asked for.
-            if readings.vram_bytes.is_some() {
-                ui.disable();
-            }
-            ui.label("N counts");
-            ui.selectable_value(&mut knobs.budget_in, BudgetIn::Vertices, "vertices");
-            ui.selectable_value(&mut knobs.budget_in, BudgetIn::Triangles, "triangles");
-        });
-        ui.add(Slider::new(&mut knobs.steady_percent, 0.0..=10.0).text("% left over so that levels keep still"));
-    }
-    if knobs.draw.technique == Technique::Bucketed && knobs.draw.fit == Fit::Fill {
-        ui.horizontal(|ui| {
-            ui.label("Between levels");
-            ui.selectable_value(&mut knobs.draw.no_morph, false, "move");
-            ui.selectable_value(&mut knobs.draw.no_morph, true, "jump");
-        });
-        ui.add(Slider::new(&mut knobs.dots_px, 0.0..=64.0).text("dots below px"));
-        ui.add(Slider::new(&mut knobs.impostors_px, 0.0..=64.0).text("impostors below px"))
-            .on_hover_text("Where the pack has them (crowdbake bake --impostors)");
-    }
-    if let Some(choice) = readings.skinning.as_ref().filter(|_| knobs.draw.technique == Technique::Bucketed) {
-        ui.horizontal(|ui| {
-            ui.label("Skinning");
-            for way in [Skinning::Auto].into_iter().chain(Skinning::WAYS) {
-                ui.selectable_value(&mut knobs.draw.skinning, way, way.name());
-            }
-        });
-        ui.label(stats::skinning_words(choice).unwrap_or_else(|| format!("now: {}", choice.way.name())));
-    }
-    if knobs.draw.technique == Technique::Bucketed && knobs.draw.fit == Fit::Fill {
-        ui.checkbox(&mut knobs.draw.occlusion, "leave out whom others hide (O)")
-            .on_hover_text("Two-phase occlusion culling: who was in sight first, then who comes into it");
-    }
-    ui.horizontal_wrapped(|ui| {
-        ui.label("View");
-        for view in View::ALL {
-            let can_show = DrawOptions { view, ..knobs.draw }.shown_view() == view;
-            ui.add_enabled_ui(can_show, |ui| ui.selectable_value(&mut knobs.draw.view, view, view.name()));
-        }
-    });
-    ui.add_enabled(knobs.can_show_reference(), egui::Checkbox::new(&mut knobs.reference, "reference camera (C)"))
-        .on_hover_text("All of the crowd from outside, with this camera's frustum; who is culled is a dot")
-        .on_disabled_hover_text("Not with occlusion culling, pseudo-instancing or discrete levels");
-    ui.horizontal(|ui| {
-        ui.label("Shadow maps");
-        for maps in 0..=4 {
-            let word = if maps == 0 { "none".to_owned() } else { maps.to_string() };
-            ui.selectable_value(&mut knobs.draw.shadows, maps, word);
-        }
-    });
-    let sight = Slider::new(&mut knobs.sight_m, 0.0..=1000.0).clamping(egui::SliderClamping::Edits);
-    ui.add(sight.text("sight in fog, m"))
-        .on_hover_text("Metres after which a twentieth is left of what is seen; 0: no fog");
-    if knobs.draw.technique == Technique::Reform {
-        ui.horizontal(|ui| {
-            ui.label("Levels");
-            ui.selectable_value(&mut knobs.draw.levels, Levels::Continuous, "all");
-            ui.selectable_value(&mut knobs.draw.levels, Levels::Quantized, "those with tables");
-        });
-    }
-    ui.horizontal(|ui| {
-        ui.checkbox(&mut knobs.paused, "pause");
-        ui.add(Slider::new(&mut knobs.time_scale, 0.0..=4.0).text("time scale"));
-    });
-    if ui.button("Save picture").clicked() {
-        knobs.screenshot = true;
-    }
-}
-
-fn stages(ui: &mut Ui, stages_ms: &[(&'static str, f32)]) {
-    egui::Grid::new("stages").num_columns(2).spacing([8.0, 0.0]).show(ui, |ui| {
-        for (stage, ms) in stages_ms {
-            ui.label(stage.replace('_', " "));
-            ui.label(RichText::new(format!("{ms:8.3} ms")).monospace());
-            ui.end_row();
-        }
-    });
-}
-
 fn keys(ui: &mut Ui, control: &CameraControl) {
     let mode = match control.mode {
         Mode::Orbit => "orbit".to_owned(),
         Mode::Fly => format!("fly, {:.1} m/s", control.speed_m_s()),
     };
     let rows = [
-        ("Tab", format!("orbit or fly (now {mode})")),
-        ("Drag", "turn; with the other buttons shift".to_owned()),
+        ("Tab", format!("orbit or fly ({mode})")),
+        ("Drag", "turn; other buttons shift".to_owned()),
         ("Wheel", "closer; in flight faster".to_owned()),
         ("W A S D Q E", "move, Shift fast".to_owned()),
         ("Space", "pause".to_owned()),
         ("O", "occlusion culling".to_owned()),
         ("F", "freeze culling and levels".to_owned()),
         ("C", "reference camera".to_owned()),
+        ("V", "next view".to_owned()),
         ("R", "first view".to_owned()),
-        ("P", "save picture".to_owned()),
+        ("P", "save picture of the crowd".to_owned()),
         ("F1", "hide this".to_owned()),
         ("Esc", "leave".to_owned()),
     ];
@@ -384,30 +250,9 @@ fn keys(ui: &mut Ui, control: &CameraControl) {
     });
 }
 
-/// 1234567 as 1,234,567.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_grouped() {
-        assert_eq!(grouped(0), "0");
-        assert_eq!(grouped(999), "999");
-        assert_eq!(grouped(1_000), "1,000");
-        assert_eq!(grouped(1_234_567), "1,234,567");
-    }
 
     #[test]
     fn fps_counts_the_last_half_second() {
@@ -424,5 +269,46 @@ mod tests {
             readings.push_frame_ms(5.0);
         }
         assert_eq!(readings.frame_ms.len(), GRAPH_FRAMES);
+    }
+
+    /// Lays the overlay out in a window of a size, twice as egui needs to know sizes.
+    fn shown(size: [f32; 2], knobs: &mut Knobs) -> (egui::Context, egui::FullOutput) {
+        let egui = egui::Context::default();
+        let control = CameraControl::new(crowd_scene::Camera::orbit(glam::Vec3::Y, 10.0, 0.0, 0.2));
+        let stages_ms = vec![("cull_instances", 0.5), ("draw", 9.0)];
+        let readings = Readings { stages_ms, on_gpu: true, ..Readings::default() };
+        let input = || egui::RawInput {
+            screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size.into())),
+            ..Default::default()
+        };
+        let _ = egui.run_ui(input(), |ui| show(ui, knobs, &readings, &control));
+        let output = egui.run_ui(input(), |ui| show(ui, knobs, &readings, &control));
+        (egui, output)
+    }
+
+    #[test]
+    fn a_look_at_the_overlay_changes_no_knob() {
+        for technique in Technique::ALL {
+            for fit in [Fit::Fill, Fit::Plain] {
+                let draw = DrawOptions { fit, ..technique.into() };
+                // Outside of what the sliders offer, as words may ask for.
+                let mut knobs = Knobs { budget: 500, largest_budget: 100, alpha: 30.0, draw, ..Knobs::default() };
+                knobs = Knobs { visible: true, target_ms: Some(0.5), sight_m: 5e3, steady_percent: 40.0, ..knobs };
+                let before = knobs.clone();
+                let _ = shown([1280.0, 720.0], &mut knobs);
+                assert_eq!(knobs, before, "{technique} {fit:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_window_of_any_size_has_an_overlay() {
+        let mut knobs = Knobs { visible: true, ..Knobs::default() };
+        for size in [[1.0, 1.0], [300.0, 200.0], [700.0, 400.0], [4000.0, 3000.0]] {
+            let (_, output) = shown(size, &mut knobs);
+            assert!(!output.shapes.is_empty(), "{size:?}");
+        }
+        knobs.visible = false;
+        assert!(shown([1280.0, 720.0], &mut knobs).1.shapes.is_empty());
     }
 }

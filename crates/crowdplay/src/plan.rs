@@ -1,18 +1,24 @@
 //! What the command line means: one plan, all defaults decided, no file opened yet.
 
 mod contradictions;
+mod picture_name;
 mod seen_from;
+mod who_where;
+
+pub use picture_name::PictureName;
+pub use who_where::{ClipPlan, CrowdPlan, FeedPlan, HeightPlan, LayoutPlan, MotionPlanWord, Simulator};
 
 use crate::budget_words::STEADY_PERCENT;
-use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord, PoseRates, SimulatorWord, Switch, WeightWord};
+use crate::cli::{Args, BackendWord, FitWord, MetricWord, PoseRates, SimulatorWord, Switch, WeightWord};
 use crate::memory::MEGABYTE;
 use crate::{Error, Result};
 use contradictions::{
     check_budget, check_occlusion, check_reference, check_sharing, check_simulator, check_skinning, check_view,
+    check_window,
 };
-use crowd_scene::Layout;
 use crowd_stages::{BudgetIn, DrawOptions, Fit, Levels, Technique, Weight};
 use std::path::{Path, PathBuf};
+use who_where::{clips, height, layout, motion};
 
 /// Vertices a frame by default on a graphics card, besides the crowd's coarsest levels.
 pub const GPU_BUDGET: u32 = 1_000_000;
@@ -44,127 +50,6 @@ pub struct Plan {
     pub record_camera: Option<PathBuf>,
     /// Window or pictures.
     pub show: Show,
-}
-
-/// Who stands where.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CrowdPlan {
-    /// Instances.
-    pub count: u32,
-    /// Places.
-    pub layout: LayoutPlan,
-    /// Who simulates a flock.
-    pub simulator: Simulator,
-    /// A file with the walkable area, where the feed has none.
-    pub walkable: Option<PathBuf>,
-    /// Metres between neighbours; `None`: from the characters' size.
-    pub spacing_m: Option<f32>,
-    /// Names; empty: all.
-    pub characters: Vec<String>,
-    /// Which clips.
-    pub clips: ClipPlan,
-    /// How high they are shown.
-    pub height: HeightPlan,
-    /// Of the hash that deals out characters, clips and phases.
-    pub seed: u32,
-    /// What people on their places do from second to second.
-    pub motion: MotionPlanWord,
-    /// Poses may be held: how fast clips are has to be known.
-    pub measures_speeds: bool,
-    /// Seconds in which people who walk fade from one gait into the next.
-    pub fade_s: f32,
-    /// Largest texture side, pixels.
-    pub texture_side: u32,
-}
-
-impl CrowdPlan {
-    /// The same with another number of instances, also where they are a flock.
-    pub fn with_count(&self, count: u32) -> Self {
-        let layout = match &self.layout {
-            LayoutPlan::Feed(FeedPlan::Flock { .. }) => LayoutPlan::Feed(FeedPlan::Flock { count }),
-            other => other.clone(),
-        };
-        Self { count, layout, ..self.clone() }
-    }
-}
-
-/// Who simulates a flock.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Simulator {
-    /// The GPU if one draws and is no software, else the CPU.
-    Auto,
-    /// The GPU; nobody's place ever comes to the CPU.
-    Gpu,
-    /// The CPU, which sends everyone to the GPU each frame.
-    Cpu,
-}
-
-/// Places, by name or from a file.
-#[derive(Debug, Clone, PartialEq)]
-pub enum LayoutPlan {
-    /// A layout of `crowd-scene`.
-    Named(Layout),
-    /// A layout file.
-    File(PathBuf),
-    /// Not places but ways.
-    Feed(FeedPlan),
-}
-
-/// People who move.
-#[derive(Debug, Clone, PartialEq)]
-pub enum FeedPlan {
-    /// A simulator's file.
-    Trajectories {
-        /// The file.
-        path: PathBuf,
-        /// Frames a second, for a file that does not say.
-        rate_hz: Option<f64>,
-    },
-    /// Reynolds' boids.
-    Flock {
-        /// People.
-        count: u32,
-    },
-    /// A walk along waypoints, of as many people as the crowd has.
-    Walk {
-        /// The file; `None`: a rectangle with room for everyone.
-        path: Option<PathBuf>,
-    },
-}
-
-/// Which clips play.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum ClipPlan {
-    /// All of a character with few clips; idle, walk and run of one with many.
-    Usual,
-    /// All.
-    All,
-    /// Those whose name is, or else contains, one of these.
-    Named(Vec<String>),
-}
-
-/// What people on their places do from second to second.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum MotionPlanWord {
-    /// Each plays one clip.
-    Off,
-    /// They go by a graph made from the clips that may play.
-    Usual,
-    /// By a graph from a file.
-    File(PathBuf),
-}
-
-/// How high characters are shown.
-#[derive(Debug, Clone, PartialEq)]
-pub enum HeightPlan {
-    /// As baked, except for those that must be in centimetres.
-    Usual,
-    /// As baked.
-    Source,
-    /// All so many metres.
-    All(f32),
-    /// Some by name, metres; the others as usual.
-    Named(Vec<(String, f32)>),
 }
 
 /// Level of detail.
@@ -271,13 +156,25 @@ pub struct MachinePlan {
 /// Window or pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Show {
-    /// A window; closes after `frames`.
-    Window {
-        /// `None`: stays open.
-        frames: Option<u32>,
-    },
+    /// A window.
+    Window(WindowPlan),
     /// Pictures and a report.
     Headless(HeadlessPlan),
+}
+
+/// A window.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WindowPlan {
+    /// Frames after which it closes; `None`: stays open.
+    pub frames: Option<u32>,
+    /// Time of the first frame, seconds.
+    pub start_s: f32,
+    /// Seconds of the crowd a second of the clock; 0: it stands still.
+    pub time_scale: f32,
+    /// Numbers and controls are shown.
+    pub overlay: bool,
+    /// Picture of the window at its last frame.
+    pub screenshot: Option<PathBuf>,
 }
 
 /// Frames without a window.
@@ -293,67 +190,6 @@ pub struct HeadlessPlan {
     pub out: Option<PictureName>,
 }
 
-/// Where pictures go.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum PictureName {
-    /// The last frame, to standard output.
-    Stdout,
-    /// The last frame, to a file.
-    Last(PathBuf),
-    /// All frames, to a film.
-    Film(PathBuf),
-    /// Each frame: text before the number, digits to pad to, text after it.
-    Each {
-        /// Before.
-        before: String,
-        /// At least so many digits.
-        digits: usize,
-        /// After.
-        after: String,
-    },
-}
-
-impl PictureName {
-    /// Reads `%d` or `%04d` in the file's name.
-    fn parse(out: &Path) -> Result<Self> {
-        let Some(text) = out.to_str() else { return Ok(Self::Last(out.to_owned())) };
-        if text == "-" {
-            return Ok(Self::Stdout);
-        }
-        let Some((before, rest)) = text.split_once('%') else {
-            let is_film = crate::film::is_film(out);
-            return Ok(if is_film { Self::Film(out.to_owned()) } else { Self::Last(out.to_owned()) });
-        };
-        let refused = || Error::Parameter {
-            option: "--out",
-            found: text.to_owned(),
-            allowed: "one %d or %04d for the frame's number".to_owned(),
-        };
-        let (digits, after) = rest.split_once('d').ok_or_else(refused)?;
-        if digits.len() > 2 || !digits.chars().all(|c| c.is_ascii_digit()) || after.contains('%') {
-            return Err(refused());
-        }
-        let digits = digits.parse().unwrap_or(1);
-        Ok(Self::Each { before: before.to_owned(), digits, after: after.to_owned() })
-    }
-
-    /// File of a frame, if that frame is to be written to a file.
-    pub fn file_of(&self, frame: u32, frames: u32) -> Option<PathBuf> {
-        match self {
-            Self::Stdout => None,
-            Self::Last(path) | Self::Film(path) => (frame + 1 == frames).then(|| path.clone()),
-            Self::Each { before, digits, after } => {
-                Some(PathBuf::from(format!("{before}{frame:0width$}{after}", width = digits)))
-            }
-        }
-    }
-
-    /// Whether the frame's pixels are needed at all.
-    pub fn wants(&self, frame: u32, frames: u32) -> bool {
-        frame + 1 == frames || matches!(self, Self::Each { .. } | Self::Film(_))
-    }
-}
-
 /// Decides. The pack is there: clap asked for it.
 pub fn plan(args: &Args) -> Result<Plan> {
     let show = if args.headless {
@@ -365,7 +201,13 @@ pub fn plan(args: &Args) -> Result<Plan> {
             out,
         })
     } else {
-        Show::Window { frames: args.frames }
+        Show::Window(WindowPlan {
+            frames: args.frames,
+            start_s: args.start,
+            time_scale: args.window.time_scale,
+            overlay: !args.window.no_overlay,
+            screenshot: args.window.screenshot.clone(),
+        })
     };
     if let Show::Headless(HeadlessPlan { out: Some(PictureName::Stdout), .. }) = &show
         && args.report.as_deref() == Some(Path::new("-"))
@@ -390,6 +232,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
             allowed: "more than 1 with --weight area-distance".to_owned(),
         });
     }
+    check_window(args)?;
     check_budget(args)?;
     check_occlusion(args)?;
     check_skinning(args)?;
@@ -489,82 +332,6 @@ fn steady_percent(args: &Args) -> f32 {
     args.room.steady.unwrap_or(if has_water { STEADY_PERCENT } else { 0.0 })
 }
 
-fn layout(args: &Args) -> Result<LayoutPlan> {
-    if let Some(path) = &args.trajectories {
-        let rate_hz = args.trajectory_rate.map(f64::from);
-        return Ok(LayoutPlan::Feed(FeedPlan::Trajectories { path: path.clone(), rate_hz }));
-    }
-    if let Some(count) = args.flock {
-        return Ok(LayoutPlan::Feed(FeedPlan::Flock { count }));
-    }
-    if let Some(way) = &args.walk {
-        let path = (way.as_os_str() != AROUND).then(|| way.clone());
-        return Ok(LayoutPlan::Feed(FeedPlan::Walk { path }));
-    }
-    let word = args.layout.as_str();
-    if let Some(layout) = Layout::named(word) {
-        return Ok(LayoutPlan::Named(layout));
-    }
-    Ok(match word {
-        file if file.contains(['.', '/', '\\']) => LayoutPlan::File(PathBuf::from(file)),
-        other => {
-            return Err(Error::Parameter {
-                option: "--layout",
-                found: other.to_owned(),
-                allowed: format!("{}, or a file", Layout::names()),
-            });
-        }
-    })
-}
-
-/// People who walk change clips by their speed, and nobody tells them otherwise.
-fn motion(args: &Args) -> Result<MotionPlanWord> {
-    let word = args.motion_graph.as_os_str().to_str().unwrap_or_default();
-    let feeds = [("--trajectories", args.trajectories.is_some()), ("--walk", args.walk.is_some())];
-    let feed = feeds.into_iter().chain([("--flock", args.flock.is_some())]).find(|(_, is_given)| *is_given);
-    match (word, feed) {
-        ("off", _) => Ok(MotionPlanWord::Off),
-        (_, Some((option, _))) => Err(Error::Parameter {
-            option: "--motion-graph",
-            found: format!("{} with {option}", args.motion_graph.display()),
-            allowed: "off, since people who walk change clips by their speed".to_owned(),
-        }),
-        ("auto", _) => Ok(MotionPlanWord::Usual),
-        _ => Ok(MotionPlanWord::File(args.motion_graph.clone())),
-    }
-}
-
-fn clips(words: &[String]) -> ClipPlan {
-    match words {
-        [] => ClipPlan::Usual,
-        [all] if all.eq_ignore_ascii_case("all") => ClipPlan::All,
-        names => ClipPlan::Named(names.to_vec()),
-    }
-}
-
-fn height(words: &[String]) -> Result<HeightPlan> {
-    let refused = |word: &str| Error::Parameter {
-        option: "--height",
-        found: word.to_owned(),
-        allowed: "metres from 0.01 to 1000, NAME=metres, or source".to_owned(),
-    };
-    let metres = |word: &str, text: &str| {
-        text.trim().parse().ok().filter(|m| (0.01..=1000.0).contains(m)).ok_or_else(|| refused(word))
-    };
-    match words {
-        [] => Ok(HeightPlan::Usual),
-        [source] if source.eq_ignore_ascii_case("source") => Ok(HeightPlan::Source),
-        [all] if !all.contains('=') => Ok(HeightPlan::All(metres(all, all)?)),
-        some => {
-            let named = |word: &String| {
-                let (name, text) = word.rsplit_once('=').ok_or_else(|| refused(word))?;
-                Ok((name.to_owned(), metres(word, text)?))
-            };
-            Ok(HeightPlan::Named(some.iter().map(named).collect::<Result<_>>()?))
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -576,24 +343,11 @@ mod tests {
     }
 
     #[test]
-    fn numbers_in_file_names() {
-        let each = PictureName::parse(Path::new("a/frame-%04d.png")).unwrap();
-        assert_eq!(each.file_of(7, 10), Some(PathBuf::from("a/frame-0007.png")));
-        assert!(each.wants(7, 10));
-        let last = PictureName::parse(Path::new("x.png")).unwrap();
-        assert_eq!(last.file_of(7, 10), None);
-        assert_eq!(last.file_of(9, 10), Some(PathBuf::from("x.png")));
-        assert!(!last.wants(7, 10) && last.wants(9, 10));
-        for bad in ["%s.png", "%d-%d.png", "100%.png", "%0004d.png"] {
-            assert!(PictureName::parse(Path::new(bad)).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
     fn options_that_exclude_each_other_are_usage_errors() {
         let table: &[&[&str]] = &[
             &["--headless", "--out", "-", "--report", "-"],
             &["--backend", "cpu", "--adapter", "x"],
+            &["--dt", "0.1"],
             &["--weight", "area-distance", "--alpha", "1"],
             &["--target", "1,2,3"],
             &["--occlusion", "on", "--technique", "reform"],
@@ -632,7 +386,8 @@ mod tests {
     #[test]
     fn defaults() {
         let plan = planned(&[]).unwrap();
-        assert_eq!(plan.show, Show::Window { frames: None });
+        let window = WindowPlan { frames: None, start_s: 0.0, time_scale: 1.0, overlay: true, screenshot: None };
+        assert_eq!(plan.show, Show::Window(window));
         assert_eq!(plan.crowd.clips, ClipPlan::Usual);
         assert_eq!(plan.detail.draw, DrawOptions::from(Technique::Bucketed));
         let named = HeightPlan::Named(vec![("a".into(), 2.0), ("b=c".into(), 0.5)]);

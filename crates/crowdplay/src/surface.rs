@@ -1,6 +1,8 @@
 //! The window's surface and the overlay's drawing on it.
 
+use crate::gpu_backend::Canvas;
 use crate::gpu_device::Gpu;
+use crate::picture::Picture;
 use crate::{Error, Result};
 use std::sync::Arc;
 use winit::window::Window;
@@ -82,15 +84,9 @@ impl Screen {
     pub fn present(
         &mut self,
         gpu: &Gpu,
-        mut output: egui::FullOutput,
+        output: egui::FullOutput,
         scene: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::TextureView) -> Result<()>,
     ) -> Result<bool> {
-        self.egui_state.handle_platform_output(&self.window, output.platform_output);
-        for (id, deltas) in output.textures_delta.set.drain() {
-            for delta in deltas {
-                self.egui_renderer.update_texture(&gpu.device, &gpu.queue, id, &delta);
-            }
-        }
         let frame = match self.surface.get_current_texture() {
             wgpu::CurrentSurfaceTexture::Success(frame) | wgpu::CurrentSurfaceTexture::Suboptimal(frame) => Some(frame),
             wgpu::CurrentSurfaceTexture::Outdated | wgpu::CurrentSurfaceTexture::Lost => {
@@ -100,14 +96,49 @@ impl Screen {
             // Too late, hidden, or refused: the next frame tries again.
             _ => None,
         };
-        let drawn = frame.is_some();
-        if let Some(frame) = frame {
+        self.paint(gpu, output, frame.as_ref().map(|frame| &frame.texture), scene)?;
+        let Some(frame) = frame else { return Ok(false) };
+        self.window.pre_present_notify();
+        gpu.queue.present(frame);
+        Ok(true)
+    }
+
+    /// The same, but into a picture that is read back; waits.
+    ///
+    /// # Errors
+    /// [`Error::Machine`] when it cannot be read back, [`Error::Stages`] without room for it.
+    pub fn picture(
+        &mut self,
+        gpu: &Gpu,
+        output: egui::FullOutput,
+        scene: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::TextureView) -> Result<()>,
+    ) -> Result<Picture> {
+        let canvas = Canvas::seen_as(&gpu.device, self.size(), self.config.format, &self.config.view_formats)?;
+        self.paint(gpu, output, Some(canvas.texture()), scene)?;
+        canvas.read(&gpu.device, &gpu.queue)
+    }
+
+    /// Draws scene and overlay into a texture of the surface's format. egui's own textures are kept in step also without one.
+    fn paint(
+        &mut self,
+        gpu: &Gpu,
+        mut output: egui::FullOutput,
+        into: Option<&wgpu::Texture>,
+        scene: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::TextureView) -> Result<()>,
+    ) -> Result<()> {
+        self.egui_state.handle_platform_output(&self.window, output.platform_output);
+        for (id, deltas) in output.textures_delta.set.drain() {
+            for delta in deltas {
+                self.egui_renderer.update_texture(&gpu.device, &gpu.queue, id, &delta);
+            }
+        }
+        if let Some(texture) = into {
             let pixels_per_point = output.pixels_per_point;
             let jobs = self.egui.tessellate(output.shapes, pixels_per_point);
             let screen = egui_wgpu::ScreenDescriptor { size_in_pixels: self.size(), pixels_per_point };
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let view_as = |format| {
-                frame.texture.create_view(&wgpu::TextureViewDescriptor { format: Some(format), ..Default::default() })
+                texture.create_view(&wgpu::TextureViewDescriptor { format: Some(format), ..Default::default() })
             };
             scene(&mut encoder, &view_as(self.scene_format))?;
             let mut commands = self.egui_renderer.update_buffers(&gpu.device, &gpu.queue, &mut encoder, &jobs, &screen);
@@ -125,13 +156,11 @@ impl Screen {
             self.egui_renderer.render(&mut pass.forget_lifetime(), &jobs, &screen);
             commands.push(encoder.finish());
             gpu.queue.submit(commands);
-            self.window.pre_present_notify();
-            gpu.queue.present(frame);
         }
         for id in output.textures_delta.free.drain() {
             self.egui_renderer.free_texture(&id);
         }
-        Ok(drawn)
+        Ok(())
     }
 }
 

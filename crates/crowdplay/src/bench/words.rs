@@ -35,7 +35,10 @@ full detail), pop_rmse, pop_px, pop_energy (of --pops; the last is pop_px square
 Exit codes: those of the player, and 4 when a condition does not hold.";
 
 /// Words of the player that mean nothing here.
-const FOREIGN: [&str; 11] = [
+const FOREIGN: [&str; 14] = [
+    "time_scale",
+    "no_overlay",
+    "screenshot",
     "target_ms",
     "freeze",
     "view",

@@ -26,6 +26,18 @@ pub(super) fn check_budget(args: &Args) -> Result<()> {
     Ok(())
 }
 
+/// In a window the clock decides how long a frame is.
+pub(super) fn check_window(args: &Args) -> Result<()> {
+    match args.dt {
+        Some(dt_s) if !args.headless => Err(Error::Parameter {
+            option: "--dt",
+            found: format!("{dt_s} in a window, where the clock decides"),
+            allowed: "with --headless; a window has --time-scale".to_owned(),
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// Only the bucketed technique has more than one way to skin, and the CPU has its own.
 pub(super) fn check_skinning(args: &Args) -> Result<()> {
     let refused = |found: String, allowed: &str| {

@@ -1,0 +1,132 @@
+//! Films: ffmpeg is another program, so a stand-in on the path says what it was told and given.
+
+#![cfg(unix)]
+
+use crate::{Scene, crowdplay, player};
+use std::io::Read;
+use std::os::unix::fs::PermissionsExt;
+use std::process::{Command, Stdio};
+
+const FRAMES: [&str; 9] = ["--headless", "--count", "9", "--size", "65x35", "--backend", "cpu", "--frames", "3"];
+
+/// A folder `bin` with a program called ffmpeg that runs these lines.
+fn stand_in(scene: &Scene, lines: &str) {
+    let folder = scene.file("bin");
+    std::fs::create_dir_all(&folder).expect("a temporary folder can be written to");
+    let program = folder.join("ffmpeg");
+    std::fs::write(&program, format!("#!/bin/sh\nfor last; do :; done\n{lines}\n")).expect("the folder is there");
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).expect("the file is ours");
+}
+
+/// The real program with that ffmpeg, ready to film into `name`.
+fn filming(scene: &Scene, name: &str, more: &[&str]) -> Command {
+    let mut command = player();
+    let path = std::env::var("PATH").unwrap_or_default();
+    command.env("PATH", format!("{}:{path}", scene.path("bin"))).current_dir(scene.folder());
+    command.args([&scene.pack()]).args(FRAMES).args(["--out", name]).args(more);
+    command
+}
+
+fn left_over(scene: &Scene) -> Vec<String> {
+    scene.files().into_iter().filter(|name| name.starts_with(".crowdplay-")).collect()
+}
+
+#[test]
+fn ffmpeg_gets_every_frame_and_its_film_takes_its_place_at_the_end() {
+    let scene = Scene::new();
+    stand_in(&scene, "printf '%s\\n' \"$@\" > words\ncat > pictures\nprintf film > \"$last\"");
+    for (name, more) in [("a.mp4", &["--dt", "0.1"][..]), ("b.GIF", &[])] {
+        let ran = filming(&scene, name, more).output().expect("the program starts");
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+        assert_eq!(std::fs::read(scene.file(name)).expect("the film is there"), b"film");
+        let words = std::fs::read_to_string(scene.file("words")).expect("ffmpeg ran");
+        let words: Vec<&str> = words.lines().collect();
+        let after = |word: &str| words[words.iter().position(|w| *w == word).expect("the word is there") + 1];
+        assert_eq!(after("-framerate"), if more.is_empty() { "30.0000" } else { "10.0000" });
+        assert_eq!(words.contains(&"yuv420p"), name == "a.mp4", "{words:?}");
+        let last = std::path::Path::new(words[words.len() - 1]);
+        assert_eq!(
+            last.extension().map(std::ffi::OsStr::to_ascii_lowercase),
+            std::path::Path::new(name).extension().map(std::ffi::OsStr::to_ascii_lowercase)
+        );
+        assert!(last.file_name().is_some_and(|file| file != name), "under another name until it is whole");
+        assert_eq!(left_over(&scene), Vec::<String>::new());
+    }
+    // The same bytes that go to files, and the same rights that files get.
+    let out = scene.path("f%d.png");
+    let ran = crowdplay(&[&[scene.pack().as_str()][..], &FRAMES, &["--out", &out]].concat());
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    let frames: Vec<u8> =
+        (0..3).flat_map(|i| std::fs::read(scene.file(&format!("f{i}.png"))).expect("a frame")).collect();
+    assert!(frames == std::fs::read(scene.file("pictures")).expect("ffmpeg ran"));
+    let mode = |name: &str| std::fs::metadata(scene.file(name)).expect("it is there").permissions().mode();
+    assert_eq!(mode("a.mp4"), mode("f0.png"));
+}
+
+#[test]
+fn an_ffmpeg_that_dies_is_quoted_and_the_old_film_stays() {
+    let scene = Scene::new();
+    for lines in [
+        "head -c 50 > /dev/null; echo half > \"$last\"; echo 'no such codec' >&2; exit 3",
+        "cat > /dev/null; echo half > \"$last\"; echo 'no such codec' >&2; exit 1",
+    ] {
+        stand_in(&scene, lines);
+        std::fs::write(scene.file("a.mp4"), "old").expect("the folder is there");
+        let ran = filming(&scene, "a.mp4", &["--quiet"]).output().expect("the program starts");
+        let talk = String::from_utf8_lossy(&ran.stderr);
+        assert_eq!(ran.status.code(), Some(3), "{talk}");
+        assert!(talk.contains("no such codec") && talk.contains("a.mp4"), "{talk}");
+        assert_eq!(std::fs::read(scene.file("a.mp4")).expect("the old film is there"), b"old");
+        assert_eq!(left_over(&scene), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn a_killed_run_leaves_no_half_film_under_its_name() {
+    let scene = Scene::new();
+    stand_in(&scene, "echo began > bin/began; cat > \"$last\"");
+    let mut run = filming(&scene, "a.mp4", &["--dt", "0.01"])
+        .args(["--quiet"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    for _ in 0..600 {
+        if std::fs::read(scene.file("bin/began")).is_ok_and(|words| !words.is_empty()) {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    run.kill().expect("the child is ours");
+    let was_killed = run.wait().expect("the child is ours").code().is_none();
+    // Its ffmpeg ends with it: it has the same standard error, which now comes to its end.
+    let _ = run.stderr.take().expect("it was piped").read_to_end(&mut Vec::new());
+    assert_eq!(scene.file("a.mp4").exists(), !was_killed);
+}
+
+#[test]
+fn a_film_is_made_by_the_ffmpeg_that_is_here_or_refused_without() {
+    let scene = Scene::new();
+    let film = scene.path("film.mp4");
+    let ran = crowdplay(&[&[scene.pack().as_str()][..], &FRAMES, &["--out", &film]].concat());
+    if ran.code == 0 {
+        assert!(std::fs::metadata(&film).is_ok_and(|file| file.len() > 100));
+    } else {
+        assert_eq!(ran.code, 5, "{}", ran.stderr);
+        assert!(ran.stderr.contains("ffmpeg") && ran.stderr.contains("frame-%04d.png"), "{}", ran.stderr);
+        assert!(!std::path::Path::new(&film).exists());
+    }
+    assert_eq!(left_over(&scene), Vec::<String>::new(), "nothing half-written stays");
+}
+
+#[test]
+fn a_percent_sign_is_written_twice_and_a_film_has_no_number() {
+    let scene = Scene::new();
+    stand_in(&scene, "cat > /dev/null; printf film > \"$last\"");
+    let ran = filming(&scene, "50%%.mp4", &[]).output().expect("the program starts");
+    assert!(ran.status.success() && scene.file("50%.mp4").exists(), "{}", String::from_utf8_lossy(&ran.stderr));
+    for (name, taught) in [("50%.mp4", "%%"), ("a-%d.mp4", "without a number"), ("a%03d.gif", "without a number")] {
+        let ran = filming(&scene, name, &[]).output().expect("the program starts");
+        let talk = String::from_utf8_lossy(&ran.stderr);
+        assert!(ran.status.code() == Some(2) && talk.contains(taught), "{talk}");
+    }
+}
