@@ -8,6 +8,9 @@
 const NORMAL_OFFSET: f32 = 1.0;
 const GRAZING_OFFSET: f32 = 1.7;
 
+// Frames without shadows are drawn without a look at a map.
+override HAS_SHADOWS: bool = true;
+
 // Where a point looks for its shadow.
 struct ShadowPlace {
     // Number of the map, that of maps where none has it.
@@ -36,6 +39,9 @@ fn shadow_place(position: vec3f, normal: vec3f) -> ShadowPlace {
 // The share of the sun that reaches a point: 0 in shadow, 1 outside, between where the edge runs through the texels around.
 // `normal`: unit length.
 fn sun_share(position: vec3f, normal: vec3f) -> f32 {
+    if !HAS_SHADOWS {
+        return 1.0;
+    }
     let place = shadow_place(position, normal);
     var share = 1.0;
     // One turn or none. Adapters that pay for both sides of an `if` pass a loop by where nobody of a group takes a turn.

@@ -129,6 +129,11 @@ fn keep_lane_counts(first: u32, counts: vec4u) {
     }
 }
 
+// Whether nothing is left to search, as where the water stays: all candidates are one height, and what it comes to is known.
+fn is_found() -> bool {
+    return fill.pass_number > 0u && fill.low_bits == fill.high_bits;
+}
+
 // The sixteen sums are four vectors, which stay in registers; an array would not.
 @compute @workgroup_size(FILL_GROUP_SIZE)
 fn sum_candidates(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
@@ -141,7 +146,9 @@ fn sum_candidates(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
     var counts_b = vec4u();
     var counts_c = vec4u();
     var counts_d = vec4u();
-    for (var part = lane; part < BLOCK_SIZE; part += FILL_GROUP_SIZE) {
+    // Where the water stays, nobody is looked at.
+    let end = select(BLOCK_SIZE, 0u, is_found());
+    for (var part = lane; part < end; part += FILL_GROUP_SIZE) {
         let i = block * BLOCK_SIZE + part;
         if i >= config.instance_count || culled[i].visible == 0u {
             continue;
@@ -190,7 +197,7 @@ fn narrow(@builtin(local_invocation_index) lane: u32) {
     var high_count = fill.high_count;
     var goal = fill.goal;
     let least = config.budget - min(config.slack, config.budget);
-    var stays = false;
+    var stays = is_found();
     for (var c = 0u; c < FILL_CANDIDATES; c++) {
         var count = 0u;
         for (var chunk = 0u; chunk < chunks; chunk++) {
@@ -204,9 +211,13 @@ fn narrow(@builtin(local_invocation_index) lane: u32) {
         }
         let bits = fill.candidates[c];
         if is_first && c == 0u && has_before() {
+            // Of the first pass, so that it was not found before.
             stays = count >= least && count <= config.budget;
-            goal = select(config.budget, least, count < least);
+            // A little beyond the edge: there it may stay in the next frame, though levels come to something else than the search thought.
+            let beyond = (config.budget - least) / 8u;
+            goal = select(config.budget - beyond, least + beyond, count < least);
             if stays {
+                goal = config.budget;
                 low = bits;
                 high = bits;
                 low_count = count;

@@ -31,6 +31,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "impostor_textures",
         "kernel",
         "lending",
+        "lit",
         "memory_use",
         "occlusion",
         "open_device",

@@ -59,6 +59,13 @@ impl CpuLevels {
         }
     }
 
+    /// Number of the finest quantised level of at most so many vertices, 0 the coarsest.
+    pub fn level_of(&self, character: u32, vertex_count: u32) -> u32 {
+        let finer = 1..self.buckets.sets[character as usize].level_count;
+        let count_of = |level: u32| self.buckets.records[self.buckets.at(character, level) as usize].vertex_count;
+        finer.take_while(|level| count_of(*level) <= vertex_count).count() as u32
+    }
+
     /// The points of an instance whose level has vertices but no triangles, posed.
     pub fn points(
         &self,

@@ -142,6 +142,11 @@ impl GpuBackend {
         Ok(self.renderer.shared_poses(&self.gpu.device, &self.gpu.queue)?)
     }
 
+    /// How high the water was in the newest frame.
+    pub fn water_bits(&mut self) -> Result<u32> {
+        Ok(self.renderer.water_bits(&self.gpu.device, &self.gpu.queue)?)
+    }
+
     /// Makes room for the largest budget that fits so many bytes beside everything else that `draws` need, or for `budget`.
     ///
     /// # Errors

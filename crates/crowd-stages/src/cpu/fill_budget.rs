@@ -23,7 +23,7 @@ const CANDIDATES: usize = FILL_CANDIDATES as usize;
 /// With [`crate::BudgetIn::Triangles`] the levels' triangles count, not their vertices; levels rise by vertices all the same.
 ///
 /// With `config.slack` the water stays where it was in the frame before (`water_before_bits`) as long as what it comes to is between
-/// N less the slack and N; where it must rise, it rises to N less the slack, where it must fall, it falls to N. So levels change by
+/// N less the slack and N; where it must rise or fall, it goes to the nearer edge and an eighth of the slack beyond, and stays there in the next frame. So levels change by
 /// what the camera changes, not by who comes and leaves.
 ///
 /// With [`Weight::Error`] the weight is the pixels that a metre takes and the water one over pixels: every instance gets the
@@ -139,7 +139,9 @@ fn narrow(fill: &mut FillState, counts: &[u32; CANDIDATES], config: &FrameConfig
                 FillState { low_bits, high_bits, smooth_bits, low_count, high_count, pass_number, candidates, ..*fill };
             return;
         }
-        fill.goal = if counts[0] < least { least } else { config.budget };
+        // A little beyond the edge: there it may stay in the next frame, though levels come to something else than the search thought.
+        let beyond = (config.budget - least) / 8;
+        fill.goal = if counts[0] < least { least + beyond } else { config.budget - beyond };
     }
     let searched = if fill.pass_number == 0 { CANDIDATES - 1 } else { CANDIDATES };
     for (&bits, &count) in fill.candidates.iter().zip(counts).take(searched) {

@@ -124,9 +124,9 @@ pub fn run_selection(
     fit: Fit,
 ) -> CpuFrame {
     let unlimited = Capacities { vertex_count: u32::MAX, triangle_count: u32::MAX, ..Default::default() };
-    let (choices, bases, end, sums) = select(data, lods, instances, config, fit);
+    let Choice { choices, bases, end, sums, water_bits } = select(data, lods, instances, config, fit);
     let (_, totals) = write_draw_args(&choices, &bases, end, &sums, &unlimited, config);
-    CpuFrame { choices, totals, water_bits: sums.water_bits, ..Default::default() }
+    CpuFrame { choices, totals, water_bits, ..Default::default() }
 }
 
 /// The same of quantised levels, which morph: what [`crate::Technique::Bucketed`] draws unless it is told not to.
@@ -156,15 +156,23 @@ pub fn run_frame(
     capacities: &Capacities,
     fit: Fit,
 ) -> (CpuFrame, CpuBuffers) {
-    let (choices, bases, end, sums) = select(data, &data.lods, instances, config, fit);
+    let Choice { choices, bases, end, sums, water_bits } = select(data, &data.lods, instances, config, fit);
     let slot_instances = place_vertices(&choices, &bases, capacities);
     let indices = reform_triangles(data, instances, &choices, &bases, capacities);
     let (draw_args, totals) = write_draw_args(&choices, &bases, end, &sums, capacities, config);
-    let water_bits = sums.water_bits;
     (
         CpuFrame { choices, totals, water_bits, ..Default::default() },
         CpuBuffers { bases, slot_instances, indices, draw_args },
     )
+}
+
+/// Levels, and what follows from them.
+struct Choice {
+    choices: Vec<LodChoice>,
+    bases: Vec<InstanceBase>,
+    end: InstanceBase,
+    sums: WeightSums,
+    water_bits: u32,
 }
 
 fn select(
@@ -173,21 +181,24 @@ fn select(
     instances: &[InstanceRecord],
     config: &FrameConfig,
     fit: Fit,
-) -> (Vec<LodChoice>, Vec<InstanceBase>, InstanceBase, WeightSums) {
+) -> Choice {
     let culled = cull_instances(data, instances, config);
     // Eq. 1 as printed knows vertices alone.
     let budget_in = if fit == Fit::Fill { config.budget_in } else { BudgetIn::Vertices as u32 };
     let config = &FrameConfig { budget_in, ..*config };
     let mut sums = sum_weights(data, instances, &culled, config);
-    let choices = match fit {
-        Fit::Fill => fill_budget(data, lods, instances, &culled, &mut sums, config).0,
+    let (choices, water_bits) = match fit {
+        Fit::Fill => {
+            let (choices, fill) = fill_budget(data, lods, instances, &culled, &mut sums, config);
+            (choices, fill.smooth_bits)
+        }
         Fit::Plain => {
             let wanted = select_lod(data, instances, &culled, &sums, config);
-            fit_budget(data, lods, instances, &wanted, &mut sums, config)
+            (fit_budget(data, lods, instances, &wanted, &mut sums, config), 0)
         }
     };
     let (bases, end) = scan_counts(&choices);
-    (choices, bases, end, sums)
+    Choice { choices, bases, end, sums, water_bits }
 }
 
 /// Every instance at full detail, nothing culled: what [`crate::Technique::PseudoInstancing`] draws.

@@ -237,7 +237,7 @@ impl BucketDraws {
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         vertices: &wgpu::Buffer,
-        [alone, fading]: &[wgpu::RenderPipeline; 2],
+        [alone, fading]: [&wgpu::RenderPipeline; 2],
     ) {
         let counts = &self.tables.counts;
         pass.set_vertex_buffer(0, vertices.slice(..));

@@ -2,6 +2,7 @@
 
 use super::allocate::texture_or_error;
 use super::kernel::{Use, buffer_entry};
+use super::lit::{Lit, has_shadows};
 use super::shadows::light_layout;
 use super::stage_recorder::DrawStamps;
 use super::upload::{CrowdBuffers, FrameBuffers};
@@ -34,7 +35,7 @@ pub fn crowd_source() -> String {
 /// What every technique draws with: targets, backdrop, the crowd's shader and its layout.
 pub(crate) struct DrawCrowd {
     device: wgpu::Device,
-    backdrop: wgpu::RenderPipeline,
+    backdrop: Lit,
     backdrop_bound: wgpu::BindGroup,
     crowd_module: wgpu::ShaderModule,
     layouts: Layouts,
@@ -74,18 +75,9 @@ impl DrawCrowd {
     ) -> Self {
         let layouts = Layouts::new(device);
         let shape = Shape { color_format: Some(color_format), sample_count, ..Shape::of(device) };
-        let backdrop = shape.module("backdrop", backdrop_source());
         Self {
             device: device.clone(),
-            backdrop: shape.pipeline(
-                &[&layouts.backdrop, &layouts.light],
-                &backdrop,
-                "cover",
-                Some("backdrop"),
-                wgpu::CompareFunction::Always,
-                &[],
-                &[],
-            ),
+            backdrop: lit_backdrop(&shape, [layouts.backdrop.clone(), layouts.light.clone()]),
             backdrop_bound: bind_backdrop(device, &layouts.backdrop, frame),
             crowd_module: shape.module("crowd", crowd_source()),
             layouts,
@@ -97,37 +89,51 @@ impl DrawCrowd {
     }
 
     /// A pipeline of the crowd's shader with that vertex entry point.
-    pub(crate) fn pipeline(&self, vertex: &str) -> wgpu::RenderPipeline {
+    pub(crate) fn pipeline(&self, vertex: &'static str) -> Lit {
         self.pipeline_with(vertex, &[])
     }
 
     /// The same with vertex buffers.
     pub(crate) fn pipeline_with(
         &self,
-        vertex: &str,
-        buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
-    ) -> wgpu::RenderPipeline {
+        vertex: &'static str,
+        buffers: &[Option<wgpu::VertexBufferLayout<'static>>],
+    ) -> Lit {
         self.pipeline_of(vertex, buffers, &[])
     }
 
     /// The same with constants of the shader.
     pub(crate) fn pipeline_of(
         &self,
-        vertex: &str,
-        buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
-        constants: &[(&str, f64)],
-    ) -> wgpu::RenderPipeline {
-        let layouts = [&self.layouts.crowd, &self.layouts.light];
+        vertex: &'static str,
+        buffers: &[Option<wgpu::VertexBufferLayout<'static>>],
+        constants: &[(&'static str, f64)],
+    ) -> Lit {
+        self.lit(vertex, "shade", buffers, constants, None, wgpu::PrimitiveTopology::TriangleList)
+    }
+
+    /// The same with another fragment entry point, a layout of bind group 2 and another topology.
+    fn lit(
+        &self,
+        vertex: &'static str,
+        fragment: &'static str,
+        buffers: &[Option<wgpu::VertexBufferLayout<'static>>],
+        constants: &[(&'static str, f64)],
+        more: Option<&wgpu::BindGroupLayout>,
+        topology: wgpu::PrimitiveTopology,
+    ) -> Lit {
+        let layouts: Vec<wgpu::BindGroupLayout> =
+            [&self.layouts.crowd, &self.layouts.light].into_iter().chain(more).cloned().collect();
         let constants = [constants, &[self.storages()]].concat();
-        self.shape().pipeline(
-            &layouts,
-            &self.crowd_module,
-            vertex,
-            Some("shade"),
-            wgpu::CompareFunction::Less,
-            buffers,
-            &constants,
-        )
+        let (device, module, buffers) = (self.device.clone(), self.crowd_module.clone(), buffers.to_vec());
+        let (color_format, sample_count) = (Some(self.color_format), self.sample_count);
+        Lit::new(move |shows_shadows| {
+            let shape = Shape { color_format, sample_count, topology, ..Shape::of(&device) };
+            let layouts: Vec<&wgpu::BindGroupLayout> = layouts.iter().collect();
+            let constants = [&constants[..], &[has_shadows(shows_shadows)]].concat();
+            let less = wgpu::CompareFunction::Less;
+            shape.pipeline(&layouts, &module, vertex, Some(fragment), less, &buffers, &constants)
+        })
     }
 
     /// A pipeline of the crowd's shader that draws depth alone, into a texture of one sample a pixel. `mask`: the fragment entry
@@ -178,23 +184,16 @@ impl DrawCrowd {
     pub(crate) fn impostor_pipelines(
         &self,
         textures: &wgpu::BindGroupLayout,
-        buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
-    ) -> [wgpu::RenderPipeline; 2] {
-        let layouts = [&self.layouts.crowd, &self.layouts.light, textures];
-        let constants = [self.storages(), ("SAMPLES", self.sample_count.into())];
-        let less = wgpu::CompareFunction::Less;
-        let pipeline = |vertex, fragment| {
-            self.shape().pipeline(&layouts, &self.crowd_module, vertex, fragment, less, buffers, &constants)
-        };
-        [pipeline("impostors", Some("shade_impostor")), pipeline("fading", Some("shade_fading"))]
+        buffers: &[Option<wgpu::VertexBufferLayout<'static>>],
+    ) -> [Lit; 2] {
+        let (triangles, samples) = (wgpu::PrimitiveTopology::TriangleList, [("SAMPLES", self.sample_count.into())]);
+        [("impostors", "shade_impostor"), ("fading", "shade_fading")]
+            .map(|(vertex, fragment)| self.lit(vertex, fragment, buffers, &samples, Some(textures), triangles))
     }
 
     /// The pipeline of points.
-    pub(crate) fn points_pipeline(&self, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]) -> wgpu::RenderPipeline {
-        let layouts = [&self.layouts.crowd, &self.layouts.light];
-        let shape = Shape { topology: wgpu::PrimitiveTopology::PointList, ..self.shape() };
-        let less = wgpu::CompareFunction::Less;
-        shape.pipeline(&layouts, &self.crowd_module, "points", Some("shade_point"), less, buffers, &[self.storages()])
+    pub(crate) fn points_pipeline(&self, buffers: &[Option<wgpu::VertexBufferLayout<'static>>]) -> Lit {
+        self.lit("points", "shade_point", buffers, &[], None, wgpu::PrimitiveTopology::PointList)
     }
 
     /// The crowd's bind group with a technique's own list of owners and their bases.
@@ -222,7 +221,7 @@ impl DrawCrowd {
     }
 
     /// Begins the pass into a `color` of the size that [`Self::fit_targets`] was given last, and draws the backdrop.
-    /// `light`: of [`super::shadows::Light`]. `part`: one that is not the first goes on where the one before ended, without a backdrop.
+    /// `light`: of [`super::shadows::Light`]; `shows_shadows`: it has maps. `part`: one that is not the first goes on where the one before ended, without a backdrop.
     pub(crate) fn begin<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
@@ -230,6 +229,7 @@ impl DrawCrowd {
         stamps: Option<DrawStamps>,
         part: Part,
         light: &wgpu::BindGroup,
+        shows_shadows: bool,
     ) -> wgpu::RenderPass<'e> {
         let targets = self.targets.as_ref().expect("fit_targets comes first");
         let goes_on = part == Part::First;
@@ -265,7 +265,7 @@ impl DrawCrowd {
         });
         pass.set_bind_group(1, light, &[]);
         if part != Part::Last {
-            pass.set_pipeline(&self.backdrop);
+            pass.set_pipeline(self.backdrop.of(shows_shadows));
             pass.set_bind_group(0, &self.backdrop_bound, &[]);
             pass.draw(0..3, 0..1);
         }
@@ -375,6 +375,18 @@ impl Layouts {
             ),
         }
     }
+}
+
+fn lit_backdrop(shape: &Shape<'_>, layouts: [wgpu::BindGroupLayout; 2]) -> Lit {
+    let module = shape.module("backdrop", backdrop_source());
+    let Shape { color_format, sample_count, .. } = *shape;
+    let device = shape.device.clone();
+    Lit::new(move |shows_shadows| {
+        let shape = Shape { color_format, sample_count, ..Shape::of(&device) };
+        let always = wgpu::CompareFunction::Always;
+        let constants = [has_shadows(shows_shadows)];
+        shape.pipeline(&layouts.each_ref(), &module, "cover", Some("backdrop"), always, &[], &constants)
+    })
 }
 
 fn bind_backdrop(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, frame: &FrameBuffers) -> wgpu::BindGroup {

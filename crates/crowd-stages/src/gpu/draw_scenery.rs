@@ -2,6 +2,7 @@
 
 use super::draw_crowd::DEPTH;
 use super::kernel::{Use, buffer_entry};
+use super::lit::{Lit, has_shadows};
 use super::shadows::caster_bias;
 use super::upload::Uploader;
 use crate::{Error, Result, SceneryVertex};
@@ -19,7 +20,7 @@ pub fn scenery_source() -> String {
 
 /// Pipeline and buffers of the scenery.
 pub(crate) struct DrawScenery {
-    pipeline: wgpu::RenderPipeline,
+    pipeline: Lit,
     caster: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
     bound: wgpu::BindGroup,
@@ -54,9 +55,10 @@ impl DrawScenery {
             label: Some("scenery"),
             entries: &[buffer_entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, Use::Uniform, None)],
         });
-        let lit = Some((color_format, sample_count, light));
+        let (device, of, light) = (up.device.clone(), layout.clone(), light.clone());
+        let lit = move |shows| pipeline(&device, &of, Some((color_format, sample_count, &light, shows)));
         Ok(Self {
-            pipeline: pipeline(up.device, &layout, lit),
+            pipeline: Lit::new(lit),
             caster: pipeline(up.device, &layout, None),
             bound: bind(up.device, &layout, config),
             layout,
@@ -66,8 +68,8 @@ impl DrawScenery {
         })
     }
 
-    pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
-        self.draw_with(pass, &self.pipeline, &self.bound);
+    pub(crate) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, shows_shadows: bool) {
+        self.draw_with(pass, self.pipeline.of(shows_shadows), &self.bound);
     }
 
     /// Draws depth alone as `config` has the camera.
@@ -92,24 +94,25 @@ fn bind(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, config: &wgpu::Bu
     })
 }
 
-/// `lit`: the target's format, its samples and the layout of the light; `None` draws depth alone, of both sides.
+/// `lit`: the target's format, its samples, the layout of the light and whether that has maps; `None` draws depth alone, of both sides.
 fn pipeline(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
-    lit: Option<(wgpu::TextureFormat, u32, &wgpu::BindGroupLayout)>,
+    lit: Option<(wgpu::TextureFormat, u32, &wgpu::BindGroupLayout, bool)>,
 ) -> wgpu::RenderPipeline {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("scenery"),
         source: wgpu::ShaderSource::Wgsl(scenery_source().into()),
     });
-    let light = lit.map(|(_, _, light)| light);
+    let light = lit.map(|(_, _, light, _)| light);
+    let constants = [has_shadows(lit.is_some_and(|(.., shows)| shows))];
     let bind_group_layouts: Vec<_> = [Some(layout), light].into_iter().filter(Option::is_some).collect();
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some("scenery"),
         bind_group_layouts: &bind_group_layouts,
         immediate_size: 0,
     });
-    let targets = lit.map(|(format, _, _)| [Some(format.into())]);
+    let targets = lit.map(|(format, ..)| [Some(format.into())]);
     let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4, 2 => Float32x3];
     let corners = wgpu::VertexBufferLayout {
         array_stride: size_of::<SceneryVertex>() as u64,
@@ -133,11 +136,11 @@ fn pipeline(
             stencil: Default::default(),
             bias: if lit.is_some() { Default::default() } else { caster_bias() },
         }),
-        multisample: wgpu::MultisampleState { count: lit.map_or(1, |(_, count, _)| count), ..Default::default() },
+        multisample: wgpu::MultisampleState { count: lit.map_or(1, |(_, count, ..)| count), ..Default::default() },
         fragment: targets.as_ref().map(|targets| wgpu::FragmentState {
             module: &module,
             entry_point: Some("shade"),
-            compilation_options: Default::default(),
+            compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
             targets,
         }),
         multiview_mask: None,

@@ -31,6 +31,7 @@ mod key_points;
 mod key_poses;
 mod lend_vertices;
 mod lending;
+mod lit;
 mod memory_use;
 mod occlusion;
 mod open_device;

@@ -22,8 +22,8 @@ use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
 use crate::dispatch::MAX_CASCADES;
 use crate::{
-    BudgetIn, CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, Fit, FrameConfig, FrameTotals, InstanceBase,
-    InstanceRecord, Result, SceneryVertex, Skinning, Technique, View, Weight, fit_cascades, shadow_side,
+    BudgetIn, CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, FillState, Fit, FrameConfig, FrameTotals,
+    InstanceBase, InstanceRecord, Result, SceneryVertex, Skinning, Technique, View, Weight, fit_cascades, shadow_side,
 };
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
@@ -479,9 +479,9 @@ impl CrowdRenderer {
                 occlusion.record_join(&mut recorder);
             }
             let stamps = recorder.draw_stamps("draw", part != Part::First);
-            let mut pass = self.draw.begin(recorder.encoder, color, stamps, part, light);
+            let mut pass = self.draw.begin(recorder.encoder, color, stamps, part, light, shadows.is_some());
             if let Some(scenery) = self.scenery.as_ref().filter(|_| part != Part::Last) {
-                scenery.draw(&mut pass);
+                scenery.draw(&mut pass, shadows.is_some());
             }
             if let Some(runs) = runs {
                 pass.begin_pipeline_statistics_query(&runs.queries, number as u32);
@@ -634,6 +634,15 @@ impl CrowdRenderer {
         Ok(read.first().map(|end| end.vertex_base))
     }
 
+    /// How high the water was in the newest frame that filled a budget, whatever its technique: bits of a float for the
+    /// [`FrameConfig::water_before_bits`] of the frame after it. A renderer remembers that by itself; who draws frames of several crowds or techniques in
+    /// turn has to. Waits.
+    pub fn water_bits(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<u32> {
+        let encoder = device.create_command_encoder(&Default::default());
+        let read: Vec<FillState> = read_back::read_now(device, queue, encoder, &self.frame.fill, 1)?;
+        Ok(read.first().map_or(0, |fill| fill.smooth_bits))
+    }
+
     /// Where the vertices of [`Technique::Bucketed`] are worked out, when `asked` is asked for, and why there.
     pub fn skinning(&self, asked: Skinning) -> SkinningChoice {
         self.trial.choice(asked)
@@ -651,10 +660,9 @@ impl CrowdRenderer {
         // Eq. 1 as printed knows vertices alone.
         let fills = options.fit == Fit::Fill || config.weight == Weight::Error as u32;
         let budget_in = if fills { config.budget_in } else { BudgetIn::Vertices as u32 };
-        let water_before_bits = 0;
         let complete =
             FrameConfig { instance_count, morph: morphs.into(), dot_area_px2, hold_far_m, hold_px, ..*config };
-        FrameConfig { budget_in, water_before_bits, impostor_area_px2, ..complete }
+        FrameConfig { budget_in, impostor_area_px2, ..complete }
     }
 
     /// Totals of the newest finished frame, without waiting (`wait`: until the last submitted one is done).

@@ -447,11 +447,11 @@ impl FrameBuffers {
         })
     }
 
-    /// Tells the frame how high the water was in the one before, where it may stay.
+    /// Tells the frame how high the water was in the one before, where it may stay and the caller has not said so.
     pub(crate) fn recall_water(&self, encoder: &mut wgpu::CommandEncoder, config: &FrameConfig) {
-        if config.slack > 0 {
+        if config.slack > 0 && config.water_before_bits == 0 {
             let (from, to) =
-                (offset_of!(FillState, low_bits) as u64, offset_of!(FrameConfig, water_before_bits) as u64);
+                (offset_of!(FillState, smooth_bits) as u64, offset_of!(FrameConfig, water_before_bits) as u64);
             encoder.copy_buffer_to_buffer(&self.fill, from, &self.config, to, 4);
         }
     }

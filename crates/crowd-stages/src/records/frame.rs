@@ -40,7 +40,8 @@ pub struct FrameConfig {
     pub budget_in: u32,
     /// How much of the budget may be left over so that the water stays where it was ([`crate::cpu::fill_budget`]); 0: nothing.
     pub slack: u32,
-    /// Bits of the water's height in the frame before, 0: there was none; filled in like `instance_count`.
+    /// Bits of the water's height in the frame before ([`FillState::smooth_bits`](crate::FillState::smooth_bits)), 0: there was none; filled in like `instance_count` where
+    /// it is 0.
     pub water_before_bits: u32,
     /// How dense the fog is: after d metres `exp(-d * fog_per_m)` of a colour is left; 0: none.
     pub fog_per_m: f32,

@@ -52,10 +52,14 @@ pub enum Quantity {
     PopPx,
     /// The mean of its square: pop energy.
     PopEnergy,
+    /// The most quantised levels that anybody goes from one frame to the next.
+    LevelSteps,
+    /// Share of those who go farther than to the next one.
+    LevelStepsBeyondNext,
 }
 
 impl Quantity {
-    const NAMES: [(&'static str, Self); 22] = [
+    const NAMES: [(&'static str, Self); 24] = [
         ("frame_ms", Self::Frame),
         ("frame_p95_ms", Self::FrameP95),
         ("gpu_ms", Self::Gpu),
@@ -78,6 +82,8 @@ impl Quantity {
         ("pop_rmse", Self::Pop),
         ("pop_px", Self::PopPx),
         ("pop_energy", Self::PopEnergy),
+        ("most_level_steps", Self::LevelSteps),
+        ("level_steps_beyond_next", Self::LevelStepsBeyondNext),
     ];
 
     /// Its value in a row; `None` where the adapter does not measure it.
@@ -106,6 +112,8 @@ impl Quantity {
             Self::Pop => row.pop_rmse.map(f64::from),
             Self::PopPx => row.pop_px.map(f64::from),
             Self::PopEnergy => row.pop_px.map(|px| f64::from(px) * f64::from(px)),
+            Self::LevelSteps => row.level_steps.map(|steps| steps.most().into()),
+            Self::LevelStepsBeyondNext => row.level_steps.map(|steps| steps.share_beyond_next().into()),
         }
     }
 }

@@ -97,6 +97,8 @@ struct Contender {
     poses: Option<u32>,
     overflow: u32,
     skinning: &'static str,
+    /// How high the water was in its frame before.
+    water_bits: u32,
 }
 
 fn measure_count(
@@ -132,6 +134,7 @@ fn measure_count(
         poses: None,
         overflow: 0,
         skinning: Skinning::Vertex.name(),
+        water_bits: 0,
     };
     let mut contenders: Vec<Contender> = asked.words.ab.iter().map(new).collect();
     let (warm_up, rounds) = (asked.words.warm_up, asked.words.rounds);
@@ -160,7 +163,7 @@ fn measure_count(
             let index = (first + turn) % contenders.len();
             let contender = &mut contenders[index];
             let options = contender.variant.options(plan.detail.draw);
-            let config = contender.variant.config(config);
+            let config = FrameConfig { water_before_bits: contender.water_bits, ..contender.variant.config(config) };
             if asked.words.ab.iter().any(|variant| variant.fades) {
                 backend.set_instances(&shown(&crowd, contender.variant))?;
             }
@@ -178,6 +181,9 @@ fn measure_count(
                     &backend.timings_ms(),
                 ));
                 contender.overflow |= totals.overflow;
+            }
+            if config.slack > 0 && options.technique.has_budget() {
+                contender.water_bits = backend.water_bits()?;
             }
             contender.last = totals;
             contender.vertex_runs = backend.vertex_runs();
@@ -201,9 +207,15 @@ fn measure_count(
     let simulate_ms = crowd.moving.is_some().then(|| Spread::of(simulate_ms).median);
     let row = |contender| Row { simulate_ms, ..row_of(contender, count, budget) };
     let mut rows: Vec<Row> = contenders.iter().map(row).collect();
+    // A flock on the GPU knows no way back.
+    let in_the_middle = asked.words.path.is_some() && !backend.simulates();
     backend.end_simulation(&mut crowd)?;
-    let pictured = if asked.words.path.is_some() { rounds / 2 } else { rounds - 1 };
+    let pictured = if in_the_middle { rounds / 2 } else { rounds - 1 };
     let time_s = start_s + pictured as f32 * dt_s;
+    if in_the_middle {
+        crowd.advance(time_s);
+        crowd.play(time_s);
+    }
     let config = frame_config(&viewer.at(time_s), plan.size, time_s, &plan.detail, budget);
     let mut picture_with = |instances: &[InstanceRecord], variant: Variant, budget: u32| {
         let options = variant.options(plan.detail.draw);
@@ -264,6 +276,7 @@ fn measure_count(
             row.pop_p999 = pops.as_ref().map(Pops::p999);
             row.pop_px = pops.as_ref().map(|pops| pops.moves().rms_px());
             row.pop_far_share = pops.as_ref().map(|pops| pops.moves().far_share());
+            row.level_steps = pops.as_ref().map(|pops| *pops.steps());
         }
     }
     let base = rows[0].frame_ms.median;
@@ -366,6 +379,7 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
         pop_p999: None,
         pop_px: None,
         pop_far_share: None,
+        level_steps: None,
         overflow: overflow_words(overflow),
     }
 }

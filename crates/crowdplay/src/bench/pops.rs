@@ -12,6 +12,7 @@ use crate::picture::Picture;
 use crowd_stages::{DrawOptions, FrameConfig, InstanceRecord, LodChoice, MorphRecord, Technique, cpu};
 use glam::Vec3;
 use rayon::prelude::*;
+use serde::Serialize;
 
 /// Part of the picture at each side that does not count: there people come into the picture, whatever their level.
 const RIM_PART: u32 = 16;
@@ -24,12 +25,13 @@ pub struct Pops {
     /// Pixels by the largest difference of their channels.
     histogram: [u64; 256],
     moves: Moves,
+    steps: LevelSteps,
 }
 
 impl Pops {
     /// Nothing yet.
     pub fn new() -> Self {
-        Self { squares: 0.0, values: 0, histogram: [0; 256], moves: Moves::default() }
+        Self { squares: 0.0, values: 0, histogram: [0; 256], moves: Moves::default(), steps: LevelSteps::default() }
     }
 
     /// Adds a frame: two pictures of one size.
@@ -60,6 +62,11 @@ impl Pops {
     /// How far the surface moved.
     pub fn moves(&self) -> &Moves {
         &self.moves
+    }
+
+    /// How far levels changed.
+    pub fn steps(&self) -> &LevelSteps {
+        &self.steps
     }
 
     /// The difference that one pixel in a thousand exceeds, 0 to 1.
@@ -101,6 +108,56 @@ impl Moves {
     /// Share of the vertices that move farther than a quarter of a pixel.
     pub fn far_share(&self) -> f32 {
         if self.count == 0 { 0.0 } else { (self.far_count as f64 / self.count as f64) as f32 }
+    }
+}
+
+/// How many quantised levels instances go from one frame to the next, of those that both frames show.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct LevelSteps {
+    /// Instances, of all frames together.
+    pub shown: u64,
+    /// Those of them that have another level than in the frame before.
+    pub changed: u64,
+    /// Those that have gone farther than to the next level.
+    pub beyond_next: u64,
+    /// The most levels that anybody has gone to a finer one.
+    pub most_finer: u32,
+    /// The same to a coarser one.
+    pub most_coarser: u32,
+    /// Instances that come into the picture.
+    pub entered: u64,
+}
+
+impl LevelSteps {
+    /// Adds an instance whose level was the one and is the other; none where it is not shown.
+    fn add(&mut self, before: Option<u32>, after: Option<u32>) {
+        let (Some(before), Some(after)) = (before, after) else {
+            self.entered += u64::from(after.is_some());
+            return;
+        };
+        self.shown += 1;
+        self.changed += u64::from(before != after);
+        self.beyond_next += u64::from(before.abs_diff(after) > 1);
+        self.most_finer = self.most_finer.max(after.saturating_sub(before));
+        self.most_coarser = self.most_coarser.max(before.saturating_sub(after));
+    }
+
+    /// The most levels that anybody has gone.
+    pub fn most(&self) -> u32 {
+        self.most_finer.max(self.most_coarser)
+    }
+
+    /// Share that has gone farther than to the next level.
+    pub fn share_beyond_next(&self) -> f32 {
+        if self.shown == 0 { 0.0 } else { (self.beyond_next as f64 / self.shown as f64) as f32 }
+    }
+
+    /// In words.
+    pub fn words(&self) -> String {
+        let Self { shown, changed, beyond_next, most_finer, most_coarser, entered } = self;
+        format!(
+            "of {shown} shown in two frames in a row {changed} have another level in the second, {beyond_next} farther than the next one; at most {most_finer} levels finer and {most_coarser} coarser; {entered} came into the picture"
+        )
     }
 }
 
@@ -190,6 +247,12 @@ pub fn measure_pops(
         if before.choices.len() == after.choices.len() {
             let moves = moves_between(crowd, &before, &after, &config);
             pops.moves = std::mem::take(&mut pops.moves).join(moves);
+            for (one, (before, after)) in crowd.instances.iter().zip(before.choices.iter().zip(&after.choices)) {
+                let level = |choice: &LodChoice| {
+                    (choice.vertex_count > 0).then(|| levels.level_of(one.character, choice.vertex_count))
+                };
+                pops.steps.add(level(before), level(after));
+            }
         }
         before = after;
     }
@@ -215,6 +278,18 @@ mod tests {
         // Half of all frames change, in one of three channels.
         assert!((pops.rmse() - (0.5f32 / 3.0).sqrt()).abs() < 1e-6);
         assert_eq!(pops.p999(), 1.0);
+    }
+
+    #[test]
+    fn levels_are_counted_and_who_comes_is_not_a_change() {
+        let mut steps = LevelSteps::default();
+        for (before, after) in [(4, 4), (4, 5), (9, 6), (2, 7)] {
+            steps.add(Some(before), Some(after));
+        }
+        steps.add(None, Some(60));
+        steps.add(Some(60), None);
+        let expected = LevelSteps { shown: 4, changed: 3, beyond_next: 2, most_finer: 5, most_coarser: 3, entered: 1 };
+        assert_eq!((steps, steps.most(), steps.share_beyond_next()), (expected, 5, 0.5));
     }
 
     #[test]

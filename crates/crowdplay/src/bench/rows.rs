@@ -1,5 +1,6 @@
 //! What came out of a bench: a row for each technique and count.
 
+use super::pops::LevelSteps;
 use crate::stats::{Adapter, Spread};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -99,6 +100,8 @@ pub struct Row {
     pub pop_px: Option<f32>,
     /// Share of those that move farther than a quarter of a pixel.
     pub pop_far_share: Option<f32>,
+    /// How many quantised levels instances go from one frame to the next.
+    pub level_steps: Option<LevelSteps>,
     /// Poses of the last frame's visible instances, where they are shared; each dot-drawn one counts as one of its own.
     pub poses: Option<u32>,
     /// What did not fit in some frame.
@@ -135,7 +138,7 @@ pub struct Judged {
 
 /// Columns of the table for spreadsheets.
 const COLUMNS: &str = "adapter,driver,device_type,pack,width,height,samples,rounds,count,technique,skinning,budget,frame_ms_median,frame_ms_p95,\
-frame_ratio,simulate_ms,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,mean_runs_per_triangle,most_runs_per_triangle,image_rmse,pop_rmse,pop_p999,pop_px,pop_far_share,poses,overflow,features";
+frame_ratio,simulate_ms,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,mean_runs_per_triangle,most_runs_per_triangle,image_rmse,pop_rmse,pop_p999,pop_px,pop_far_share,level_steps_beyond_next,most_level_steps,poses,overflow,features";
 
 impl BenchReport {
     /// Comma-separated values with a header; text with quotes around it.
@@ -164,7 +167,7 @@ impl BenchReport {
             } = row;
             let _ = writeln!(
                 csv,
-                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{},{},{},{},{},{},{},{}",
+                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
                 self.samples,
                 self.rounds,
                 frame_ms.median,
@@ -184,6 +187,8 @@ impl BenchReport {
                 optional(row.pop_p999),
                 optional(row.pop_px),
                 optional(row.pop_far_share),
+                optional(row.level_steps.map(|steps| steps.share_beyond_next())),
+                row.level_steps.map(|steps| steps.most().to_string()).unwrap_or_default(),
                 row.poses.map(|poses| poses.to_string()).unwrap_or_default(),
                 quoted(&row.overflow.join(" ")),
                 quoted(&self.features.join(" ")),
@@ -238,6 +243,9 @@ impl BenchReport {
                     row.count, row.technique
                 );
             }
+        }
+        for (row, steps) in self.rows.iter().filter_map(|row| Some((row, row.level_steps?))) {
+            let _ = write!(out, "\n{} instances, levels of {}: {}.\n", row.count, row.technique, steps.words());
         }
         if !self.conditions.is_empty() {
             out.push_str("\n| condition | instances | N | found | holds |\n|---|---|---|---|---|\n");

@@ -139,6 +139,9 @@ pub fn variants() -> impl TypedValueParser<Value = Variant> {
         bucketed("bucketed+occlusion", "The same without those whom others hide"),
         bucketed("bucketed+shadows", "The same with four shadow maps of the sun"),
         bucketed("bucketed+occlusion+shadows", "Both"),
+        bucketed("bucketed+vertex+shadows", "Shadow maps, everything skinned by the vertex shader"),
+        bucketed("bucketed+palettes+shadows", "Shadow maps, the camera's people skinned from palettes"),
+        bucketed("bucketed+compute+shadows", "Shadow maps of vertices that a compute stage has skinned for the camera"),
         bucketed("bucketed+jumps", "The same with levels that change at once"),
         bucketed("bucketed+impostors", "The same with small ones as pictures, where the pack has them (--impostors)"),
         bucketed("bucketed+eager", "The same where every frame uses all it can of the budget, as with no slack"),
@@ -184,6 +187,7 @@ mod tests {
             "reform+fades",
             "bucketed+compute+rates",
             "bucketed+compute+share",
+            "bucketed+compute+shadows",
         ] {
             assert_eq!(name.parse::<Variant>().unwrap().to_string(), name);
         }

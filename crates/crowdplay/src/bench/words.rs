@@ -30,7 +30,8 @@ Conditions: [QUANTITY:]A/B OP NUMBER, or [QUANTITY:]A OP NUMBER; A and B are tec
 every count and budget. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything but skinning and drawing), lod_share (its
 part of gpu_ms), draw_ms, shadows_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, mean_runs_per_triangle and
 most_runs_per_triangle (of all frames), triangles_at_equal_image (A with the least budget that brings its image_rmse down to B's), poses (worked out, where they are shared), pose_share (of visible), image_rmse (to
-full detail), pop_rmse, pop_px, pop_energy (of --pops; the last is pop_px squared).
+full detail), pop_rmse, pop_px, pop_energy (of --pops; the last is pop_px squared), most_level_steps and level_steps_beyond_next (of --pops: how many of the
+quantised levels anybody goes from one frame to the next, and the share of those who go farther than one).
 
 Exit codes: those of the player, and 4 when a condition does not hold.";
 

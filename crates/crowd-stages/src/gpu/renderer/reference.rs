@@ -48,9 +48,9 @@ impl CrowdRenderer {
             feed.record_count(recorder.encoder, &self.frame);
         }
         painter.record_frozen(&mut recorder, &context);
-        let mut pass = self.draw.begin(recorder.encoder, color, None, Part::Only, self.unshaded.bound());
+        let mut pass = self.draw.begin(recorder.encoder, color, None, Part::Only, self.unshaded.bound(), false);
         if let Some(scenery) = &self.scenery {
-            scenery.draw(&mut pass);
+            scenery.draw(&mut pass, false);
         }
         painter.draw(&mut pass, &context);
         let has_culled = !matches!(technique, Technique::PseudoInstancing | Technique::Discrete);

@@ -3,6 +3,7 @@
 use super::{FrameContext, Painter, Workshop};
 use crate::gpu::bucket_draws::BucketDraws;
 use crate::gpu::lending::Lender;
+use crate::gpu::lit::Lit;
 use crate::gpu::pre_skinning::PreSkinning;
 use crate::gpu::stage_recorder::StageRecorder;
 use crate::{Result, Skinning};
@@ -10,11 +11,11 @@ use crate::{Result, Skinning};
 /// The buckets' draws, keyed by the levels that the budget allows; their vertices may move between levels.
 pub(crate) struct Bucketed {
     draws: BucketDraws,
-    pipeline: wgpu::RenderPipeline,
-    morphing: wgpu::RenderPipeline,
+    pipeline: Lit,
+    morphing: Lit,
     dots: wgpu::RenderPipeline,
     /// Of impostors and of those who cross over to them, where the crowd has any.
-    impostors: Option<[wgpu::RenderPipeline; 2]>,
+    impostors: Option<[Lit; 2]>,
     bound: wgpu::BindGroup,
     /// Set up when it is first asked for.
     beforehand: Option<Beforehand>,
@@ -23,9 +24,9 @@ pub(crate) struct Bucketed {
 /// Draws from what was worked out beforehand.
 struct Beforehand {
     skinning: PreSkinning,
-    from_palettes: wgpu::RenderPipeline,
-    from_palettes_morphing: wgpu::RenderPipeline,
-    skinned: wgpu::RenderPipeline,
+    from_palettes: Lit,
+    from_palettes_morphing: Lit,
+    skinned: Lit,
     bound: wgpu::BindGroup,
 }
 
@@ -111,7 +112,8 @@ impl Painter for Bucketed {
             Some(b) => (if morphs { &b.from_palettes_morphing } else { &b.from_palettes }, &b.bound),
             None => (if morphs { &self.morphing } else { &self.pipeline }, &self.bound),
         };
-        pass.set_pipeline(pipeline);
+        let shows_shadows = context.options.shadows > 0;
+        pass.set_pipeline(pipeline.of(shows_shadows));
         pass.set_bind_group(0, bound, &[]);
         self.draws.draw(pass, context.crowd);
         if context.config.dot_area_px2 > 0.0 {
@@ -121,6 +123,7 @@ impl Painter for Bucketed {
         let impostors = self.impostors.iter().zip(&context.crowd.impostors);
         for (pipelines, textures) in impostors.filter(|_| context.config.impostor_area_px2 > 0.0) {
             pass.set_bind_group(2, &textures.bound, &[]);
+            let pipelines = pipelines.each_ref().map(|lit| lit.of(shows_shadows));
             self.draws.draw_impostors(pass, &textures.vertices, pipelines);
         }
     }

@@ -3,6 +3,7 @@
 use super::{FrameContext, Painter, Workshop};
 use crate::gpu::CullByDepth;
 use crate::gpu::bucket_draws::BucketDraws;
+use crate::gpu::lit::Lit;
 use crate::gpu::stage_recorder::StageRecorder;
 use crate::{Result, WeightSums};
 use wgpu::BufferUsages as Usage;
@@ -11,7 +12,7 @@ use wgpu::BufferUsages as Usage;
 pub(crate) struct Discrete {
     draws: BucketDraws,
     cull_by_depth: (CullByDepth, wgpu::BindGroup),
-    pipeline: wgpu::RenderPipeline,
+    pipeline: Lit,
     bound: wgpu::BindGroup,
 }
 
@@ -59,7 +60,7 @@ impl Painter for Discrete {
     }
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {
-        pass.set_pipeline(&self.pipeline);
+        pass.set_pipeline(self.pipeline.of(context.options.shadows > 0));
         pass.set_bind_group(0, &self.bound, &[]);
         self.draws.draw(pass, context.crowd);
     }

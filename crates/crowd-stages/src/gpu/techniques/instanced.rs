@@ -2,6 +2,7 @@
 
 use super::{FrameContext, Painter, Workshop};
 use crate::gpu::bucket_draws::BucketDraws;
+use crate::gpu::lit::Lit;
 use crate::gpu::stage_recorder::StageRecorder;
 use crate::{Result, WeightSums};
 use wgpu::BufferUsages as Usage;
@@ -9,7 +10,7 @@ use wgpu::BufferUsages as Usage;
 /// The buckets' draws, keyed by full detail.
 pub(crate) struct Instanced {
     draws: BucketDraws,
-    pipeline: wgpu::RenderPipeline,
+    pipeline: Lit,
     bound: wgpu::BindGroup,
 }
 
@@ -37,7 +38,7 @@ impl Painter for Instanced {
     }
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {
-        pass.set_pipeline(&self.pipeline);
+        pass.set_pipeline(self.pipeline.of(context.options.shadows > 0));
         pass.set_bind_group(0, &self.bound, &[]);
         self.draws.draw(pass, context.crowd);
     }

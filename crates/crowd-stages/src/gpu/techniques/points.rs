@@ -3,6 +3,7 @@
 use super::{FrameContext, Painter, Workshop};
 use crate::gpu::KeyPoints;
 use crate::gpu::bucket_draws::BucketDraws;
+use crate::gpu::lit::Lit;
 use crate::gpu::stage_recorder::StageRecorder;
 use crate::{Result, WeightSums};
 use wgpu::BufferUsages as Usage;
@@ -11,8 +12,8 @@ use wgpu::BufferUsages as Usage;
 pub(crate) struct Points {
     draws: BucketDraws,
     key_points: (KeyPoints, wgpu::BindGroup),
-    meshes: wgpu::RenderPipeline,
-    points: wgpu::RenderPipeline,
+    meshes: Lit,
+    points: Lit,
     bound: wgpu::BindGroup,
 }
 
@@ -59,9 +60,10 @@ impl Painter for Points {
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {
         pass.set_bind_group(0, &self.bound, &[]);
-        pass.set_pipeline(&self.meshes);
+        let shows_shadows = context.options.shadows > 0;
+        pass.set_pipeline(self.meshes.of(shows_shadows));
         self.draws.draw(pass, context.crowd);
-        pass.set_pipeline(&self.points);
+        pass.set_pipeline(self.points.of(shows_shadows));
         self.draws.draw_stand_ins(pass);
     }
 

@@ -1,13 +1,14 @@
 //! B0: a draw per instance at full detail, nothing culled.
 
 use super::{FrameContext, Painter, Workshop};
+use crate::gpu::lit::Lit;
 use crate::gpu::stage_recorder::StageRecorder;
 use crate::gpu::vertex_inputs::MESH_LAYOUT;
 use crate::{FrameTotals, overflow};
 
 /// One pipeline; the CPU does the rest.
 pub(crate) struct PseudoInstancing {
-    pipeline: wgpu::RenderPipeline,
+    pipeline: Lit,
     bound: wgpu::BindGroup,
 }
 
@@ -26,7 +27,7 @@ impl Painter for PseudoInstancing {
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {
         let tables = &context.crowd.tables;
-        pass.set_pipeline(&self.pipeline);
+        pass.set_pipeline(self.pipeline.of(context.options.shadows > 0));
         pass.set_bind_group(0, &self.bound, &[]);
         pass.set_vertex_buffer(0, context.crowd.vertices.slice(..));
         // As a renderer of its time would: the index buffer is set once for all with the same width of indices.

@@ -2,6 +2,7 @@
 
 use super::{FrameContext, Painter, Workshop};
 use crate::dispatch::BLOCK_SIZE;
+use crate::gpu::lit::Lit;
 use crate::gpu::stage_recorder::StageRecorder;
 use crate::gpu::{PlaceVertices, ReformTriangles, ScanCounts, WriteDrawArgs};
 use crate::{Capacities, DrawArgs, InstanceBase, Result};
@@ -15,7 +16,7 @@ pub(crate) struct Reform {
     /// Bound to each part of the index buffer.
     reform_triangles: (ReformTriangles, Vec<wgpu::BindGroup>),
     write_draw_args: (WriteDrawArgs, wgpu::BindGroup),
-    pipeline: wgpu::RenderPipeline,
+    pipeline: Lit,
     bound: wgpu::BindGroup,
 }
 
@@ -121,8 +122,8 @@ impl Painter for Reform {
         recorder.stage("write_draw_args", |pass| self.write_draw_args.0.record(pass, &self.write_draw_args.1));
     }
 
-    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, _: &FrameContext<'_>) {
-        pass.set_pipeline(&self.pipeline);
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {
+        pass.set_pipeline(self.pipeline.of(context.options.shadows > 0));
         pass.set_bind_group(0, &self.bound, &[]);
         pass.set_index_buffer(self.buffers.indices.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed_indirect(&self.buffers.draw_args, 0);

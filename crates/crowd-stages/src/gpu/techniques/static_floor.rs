@@ -2,6 +2,7 @@
 
 use super::{FrameContext, Painter, Workshop};
 use crate::cpu::{key_instances, pose_between, scan_counts};
+use crate::gpu::lit::Lit;
 use crate::gpu::stage_recorder::StageRecorder;
 use crate::gpu::upload::Uploader;
 use crate::{
@@ -92,9 +93,12 @@ fn place(
     records.iter().enumerate().map(vertex).collect()
 }
 
+const ATTRIBUTES: [wgpu::VertexAttribute; 5] =
+    wgpu::vertex_attr_array![0 => Float32x3, 1 => Uint32, 2 => Float32x2, 3 => Unorm8x4, 4 => Uint32];
+
 /// Draws a floor once it has one.
 pub(crate) struct StaticFloor {
-    pipeline: wgpu::RenderPipeline,
+    pipeline: Lit,
     bound: wgpu::BindGroup,
     floor: Option<Floor>,
 }
@@ -102,13 +106,10 @@ pub(crate) struct StaticFloor {
 impl StaticFloor {
     pub(crate) fn new(workshop: Workshop<'_, '_>) -> Self {
         let Workshop { crowd, frame, draw, .. } = workshop;
-        let attributes = wgpu::vertex_attr_array![
-            0 => Float32x3, 1 => Uint32, 2 => Float32x2, 3 => Unorm8x4, 4 => Uint32
-        ];
         let layout = wgpu::VertexBufferLayout {
             array_stride: size_of::<FloorVertex>() as u64,
             step_mode: wgpu::VertexStepMode::Vertex,
-            attributes: &attributes,
+            attributes: &ATTRIBUTES,
         };
         Self {
             pipeline: draw.pipeline_with("placed", &[Some(layout)]),
@@ -121,9 +122,9 @@ impl StaticFloor {
 impl Painter for StaticFloor {
     fn record_stages(&self, _: &mut StageRecorder<'_>, _: &FrameContext<'_>) {}
 
-    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, _: &FrameContext<'_>) {
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {
         let Some(floor) = self.floor.as_ref().filter(|floor| floor.totals.triangle_count > 0) else { return };
-        pass.set_pipeline(&self.pipeline);
+        pass.set_pipeline(self.pipeline.of(context.options.shadows > 0));
         pass.set_bind_group(0, &self.bound, &[]);
         pass.set_vertex_buffer(0, floor.vertices.slice(..));
         pass.set_index_buffer(floor.indices.slice(..), wgpu::IndexFormat::Uint32);
