@@ -128,13 +128,18 @@ struct Shown {
 struct VariantFields {
     uv: Field<2>,
     normal: Field<3>,
-    color: Field<3>,
+}
+
+impl VariantFields {
+    const ZERO: Self = Self { uv: Field::ZERO, normal: Field::ZERO };
 }
 
 /// Attribute quadrics of all variants.
 #[derive(Debug)]
 pub(crate) struct Attributes {
     fields: Vec<VariantFields>,
+    /// Those of the colours; empty where no two differ.
+    color_fields: Vec<Field<3>>,
     shown: Vec<Shown>,
     /// Bind-space place of each position.
     places: Vec<[f64; 3]>,
@@ -159,26 +164,33 @@ impl Attributes {
             split.position_source.iter().map(|&v| mesh.positions[v as usize].map(f64::from)).collect();
         let shown: Vec<Shown> =
             split.variant_source.iter().map(|&v| show(mesh, v, v, normal_weight, color_weight)).collect();
-        let zero = VariantFields { uv: Field::ZERO, normal: Field::ZERO, color: Field::ZERO };
         let spans: Vec<Span> =
             split.triangles.par_iter().map(|t| Span::new(t.map(|v| places[split.position_of(v) as usize]))).collect();
         let slides = slide_squared(mesh, split, &spans, f64::from(weights.uv), diagonal);
         let incident = Incident::list(shown.len(), split.triangles.iter().copied());
         let gather = |v: usize| {
-            let mut field = zero;
+            let mut field = VariantFields::ZERO;
             for &t in incident.at(v) {
                 let (span, values) = (&spans[t as usize], split.triangles[t as usize].map(|v| shown[v as usize]));
                 field.uv.add(span, values.map(|s| s.uv), span.area * slides[t as usize]);
                 field.normal.add(span, values.map(|s| s.normal), span.area);
-                if colored {
-                    field.color.add(span, values.map(|s| s.color), span.area);
-                }
             }
             field
         };
         let fields = (0..shown.len()).into_par_iter().map(gather).collect();
+        let gather_color = |v: usize| {
+            let mut field = Field::ZERO;
+            for &t in incident.at(v) {
+                let span = &spans[t as usize];
+                field.add(span, split.triangles[t as usize].map(|v| shown[v as usize].color), span.area);
+            }
+            field
+        };
+        let colored_count = if colored { shown.len() } else { 0 };
+        let color_fields = (0..colored_count).into_par_iter().map(gather_color).collect();
         let mut attributes = Self {
             fields,
+            color_fields,
             shown,
             places,
             colored,
@@ -219,7 +231,10 @@ impl Attributes {
         let target = &mut self.fields[image as usize];
         target.uv.merge(&source.uv);
         target.normal.merge(&source.normal);
-        target.color.merge(&source.color);
+        if self.colored {
+            let source = self.color_fields[v as usize];
+            self.color_fields[image as usize].merge(&source);
+        }
         self.paid[image as usize] = self.cost_at_home(image);
     }
 
@@ -229,7 +244,10 @@ impl Attributes {
         self.paid.push(0.0);
         let shown = Shown { normal: self.shown[normal_of as usize].normal, ..self.shown[uv_of as usize] };
         self.shown.push(shown);
-        self.fields.push(VariantFields { uv: Field::ZERO, normal: Field::ZERO, color: Field::ZERO });
+        self.fields.push(VariantFields::ZERO);
+        if self.colored {
+            self.color_fields.push(Field::ZERO);
+        }
     }
 
     fn cost_of(&self, v: u32, place: [f64; 3], shown: Shown) -> f64 {
@@ -239,7 +257,7 @@ impl Attributes {
             cost += field.normal.cost(place, shown.normal);
         }
         if self.colored && self.color_weight > 0.0 {
-            cost += field.color.cost(place, shown.color);
+            cost += self.color_fields[v as usize].cost(place, shown.color);
         }
         cost
     }

@@ -267,17 +267,15 @@ impl Run<'_> {
     /// What it costs that `p` moves to `t`, if that is allowed and cheaper than `limit`.
     fn price(&self, p: u32, t: u32, limit: f32, known: &mut Vec<(u32, f32)>, scratch: &mut Scratch) -> Option<Choice> {
         let Scratch { fan, spokes, on_edge, moved, .. } = scratch;
-        let topology = &self.surface.topology;
-        on_edge.clear();
-        on_edge.extend(topology.around(p).filter(|&triangle| topology.touches(triangle, t)));
-        if on_edge.is_empty() {
-            return None;
-        }
         let shape = self.shape_rank(p, t, self.known_cost(p, t, known));
         if shape >= limit {
             return None;
         }
-        fan.gather(topology, p);
+        fan.gather(self.surface.topology, p);
+        fan.find_on_edge(t, on_edge);
+        if on_edge.is_empty() {
+            return None;
+        }
         self.find_images(fan, t, on_edge, moved);
         let rank = self.shown_rank(shape, moved);
         if rank >= limit {

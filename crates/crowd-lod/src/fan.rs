@@ -120,3 +120,66 @@ impl Fan {
         self.blades.iter().zip(&self.lies).filter(move |(blade, _)| !blade.touches(t))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Criteria;
+    use crate::classify::classify_wedges;
+    use crate::split_seams::split_seams;
+    use crate::test_meshes::{TestPoses, grid, uv_sphere};
+
+    /// Every fan of a mesh with a seam says what the triangles say one by one.
+    #[test]
+    fn a_fan_is_what_its_triangles_say() {
+        let mesh = uv_sphere(9, 7);
+        let split = split_seams(&mesh.mesh());
+        let topology = Topology::new(&split);
+        let (mut fan, mut spokes, mut on_edge) = (Fan::default(), Vec::new(), Vec::new());
+        for p in 0..split.position_source.len() as u32 {
+            fan.gather(&topology, p);
+            assert_eq!(fan.blades.len(), topology.valence(p));
+            for blade in &fan.blades {
+                let corners = blade.variants.map(|v| split.position_of(v));
+                assert_eq!(corners, [p, blade.others[0], blade.others[1]]);
+                let turned = (0..3).any(|by| {
+                    [0, 1, 2].map(|i| topology.triangles[blade.triangle as usize][(i + by) % 3]) == blade.variants
+                });
+                assert!(turned, "the front stays the front");
+            }
+            assert!(fan.variants.is_sorted_by(|a, b| a < b));
+            fan.spokes(&mut spokes);
+            for spoke in &spokes {
+                assert_eq!(spoke.triangle_count, topology.edge_triangle_count(p, spoke.to));
+                fan.find_on_edge(spoke.to, &mut on_edge);
+                assert_eq!(on_edge, spoke.triangles, "two triangles on each edge of a closed surface");
+            }
+        }
+    }
+
+    #[test]
+    fn a_gathered_fan_forgets_how_the_last_one_lay() {
+        let mesh = grid(4, 4, |x, _| 0.3 * x as f32, |_, _| false);
+        let poses = TestPoses::rest();
+        let split = split_seams(&mesh.mesh());
+        let classes = classify_wedges(&split);
+        let class = &classes.wedge_class;
+        let rules = Rules::new(&mesh.mesh(), &poses.poses(), &split, Criteria::Wedge, &classes.non_manifold, class);
+        let topology = Topology::new(&split);
+        let mut fan = Fan::default();
+        for p in [6, 12, 7] {
+            fan.gather(&topology, p);
+            assert!(fan.lies.is_empty());
+            fan.measure(&rules, &split);
+            for (blade, lie) in fan.blades.iter().zip(&fan.lies) {
+                let [a, b] = blade.others.map(|q| rules.places(q));
+                let expected = normals(rules.places(p), a, b);
+                assert_eq!((lie.normals, lie.squared), (expected, product(&expected, &expected)));
+                assert!(lie.uv_side.is_some_and(|area| area > 0.0), "texture as in the plane");
+            }
+            let to = fan.blades[0].others[0];
+            assert!(fan.staying(to).count() < fan.blades.len());
+            assert!(fan.staying(to).all(|(blade, _)| !blade.touches(to)));
+        }
+    }
+}

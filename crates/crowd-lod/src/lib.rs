@@ -6,7 +6,7 @@
 //! What it leaves to others: files (`crowd-source`), sampling (`crowd-anim`), layout (`crowd-pack`).
 //!
 //! One module a step: `split_seams` (with `separate_layers` and `duplicate_triangles`), `classify`, `frames` (with `align`),
-//! `quadrics`, `attributes`, `behind`, `criteria`, `layer_gaps`, `volumes`, `symmetry`, `collapse` (on a `topology`, with `find_images`),
+//! `quadrics`, `attributes`, `behind`, `criteria`, `layer_gaps`, `volumes`, `symmetry`, `collapse` (on a `topology`, with `fan` and `find_images`),
 //! `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `choose_levels`, `worst_frames`, `measure_surfaces`,
 //! `interpenetration`.
 

@@ -81,7 +81,7 @@ impl Quadrics {
                 ([0, 1, 2].map(|i| corners[(at + i) % 3] * block_count), weights)
             };
             let around: Vec<([usize; 3], [f32; 2])> = incident.at(p).iter().map(corner).collect();
-            dispatch!(level, _ => *area = add_triangles(&around, &posed, &frame_weights, blocks));
+            dispatch!(level, _ => *area = sum_triangles(&around, &posed, &frame_weights, blocks));
         });
         let paid = vec![0.0; position_count];
         Self { level, block_count, frame_weights, worst_weight, posed, planes, paid, areas }
@@ -184,10 +184,10 @@ fn add_moved(source: &QuadricBlock, from: &[Lanes; 3], to: &[Lanes; 3], target: 
     }
 }
 
-/// Adds the planes of the triangles around a position to its quadric, and gives back their mean area. Of each triangle, where the
+/// Sums the planes of the triangles around a position to its quadric, and gives back their mean area. Of each triangle, where the
 /// blocks of its corners begin, that at the position first, and what the edges there weigh.
 #[inline(always)]
-fn add_triangles(
+fn sum_triangles(
     around: &[([usize; 3], [f32; 2])],
     posed: &[[Lanes; 3]],
     frame_weights: &[Lanes],
@@ -195,10 +195,12 @@ fn add_triangles(
 ) -> f32 {
     let mut area = 0.0;
     for (b, block) in blocks.iter_mut().enumerate() {
-        let mut block_area = [0.0; LANES];
+        // Summed apart: fresh memory that is read before it is written costs the system twice.
+        let (mut sum, mut block_area) = ([[0.0; LANES]; 9], [0.0; LANES]);
         for &(starts, edge_weights) in around {
-            add_triangle(starts.map(|start| &posed[start + b]), edge_weights, block, &mut block_area);
+            add_triangle(starts.map(|start| &posed[start + b]), edge_weights, &mut sum, &mut block_area);
         }
+        *block = sum;
         area += weighted_sum(&block_area, &frame_weights[b]);
     }
     area
@@ -339,24 +341,33 @@ fn pose_in_lanes(
     let mut posed = vec![[[0.0; LANES]; 3]; split.position_source.len() * block_count];
     posed.par_chunks_mut(block_count.max(1)).enumerate().for_each(|(p, blocks)| {
         let source = split.position_source[p] as usize;
+        let mut influences = [(0, 0.0); 4];
+        let mut count = 0;
         for k in (0..4).filter(|&k| mesh.weights[source][k] != 0.0) {
-            let matrices = &matrices[mesh.joints[source][k] as usize * block_count..][..block_count];
-            dispatch!(level, _ => add_influence(mesh.positions[source], matrices, mesh.weights[source][k], blocks));
+            influences[count] = (mesh.joints[source][k] as usize * block_count, mesh.weights[source][k]);
+            count += 1;
         }
+        dispatch!(level, _ => pose_blocks(mesh.positions[source], &influences[..count], &matrices, blocks));
     });
     posed
 }
 
-/// Adds what one joint does to a position in all frames.
+/// Poses a position in all frames. Of each influence, where the blocks of its joint begin, and its weight.
 #[inline(always)]
-fn add_influence([x, y, z]: [f32; 3], matrices: &[[Lanes; 12]], weight: f32, posed: &mut [[Lanes; 3]]) {
-    for (out, m) in posed.iter_mut().zip(matrices) {
-        for row in 0..3 {
-            for i in 0..LANES {
-                let (mx, my, mz, mw) = (m[row * 4][i], m[row * 4 + 1][i], m[row * 4 + 2][i], m[row * 4 + 3][i]);
-                out[row][i] += weight * (mx * x + my * y + mz * z + mw);
+fn pose_blocks([x, y, z]: [f32; 3], influences: &[(usize, f32)], matrices: &[[Lanes; 12]], posed: &mut [[Lanes; 3]]) {
+    for (b, posed) in posed.iter_mut().enumerate() {
+        // Summed apart: fresh memory that is read before it is written costs the system twice.
+        let mut sum = [[0.0; LANES]; 3];
+        for &(start, weight) in influences {
+            let m = &matrices[start + b];
+            for row in 0..3 {
+                for i in 0..LANES {
+                    let (mx, my, mz, mw) = (m[row * 4][i], m[row * 4 + 1][i], m[row * 4 + 2][i], m[row * 4 + 3][i]);
+                    sum[row][i] += weight * (mx * x + my * y + mz * z + mw);
+                }
             }
         }
+        *posed = sum;
     }
 }
 
