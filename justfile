@@ -62,7 +62,7 @@ bench-occlusion-field:
 
 # Write docs/benchmarks/shadows.md again: four shadow maps of the sun
 bench-shadows:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+shadows --counts 1024,8192 --size 640x360 --msaa 1 --rounds 7 --warm-up 2 --skinning vertex --markdown docs/benchmarks/shadows.md --assert 'bucketed+shadows/bucketed <= 1.6' --assert 'gpu_ms:bucketed+shadows/bucketed <= 1.6'
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab bucketed,bucketed+shadows,bucketed+compute,bucketed+compute+shadows --counts 1024,8192 --size 640x360 --msaa 1 --rounds 7 --warm-up 2 --skinning vertex --markdown docs/benchmarks/shadows.md --assert 'bucketed+shadows/bucketed <= 1.6' --assert 'gpu_ms:bucketed+shadows/bucketed <= 1.6'
 
 # Write docs/benchmarks/walkthrough.md again: sixteen frames of the 1,000 of Dong 2019's walk, 30,000 people (three minutes on software Vulkan)
 bench-walkthrough:
