@@ -47,6 +47,21 @@ fn impostors_look_like_whom_they_stand_for() {
     let (impostors, said) = far(&pack, &["--impostors", "64", "--budget", "9000000"]);
     let (coarsest, _) = far(&pack, &["--impostors", "0", "--budget", "1"]);
     assert!(said.contains("40 visible; 80 of"), "two triangles each: {said}");
+    let bytes = |pack: &str, words: &[&str]| {
+        let words =
+            [&[pack, "--headless", "--size", "32x18", "--count", "4", "--backend", "gpu", "--report", "-"], words]
+                .concat();
+        let ran = crowdplay(&words);
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        let report: serde_json::Value = serde_json::from_slice(&ran.stdout).expect("standard output is the report");
+        (report["gpu_memory"]["impostors"].as_u64().expect("it has a line of its own"), ran.stderr)
+    };
+    // Their pictures come to the GPU only where somebody may be one.
+    let [none, reformed, there] =
+        [&["--impostors", "0"][..], &["--technique", "reform"], &[]].map(|words| bytes(&pack, words).0);
+    assert!(none == 0 && reformed == 0 && there > 10_000, "{none}, {reformed}, {there}");
+    let (none, said) = bytes(&plain, &["--impostors", "9"]);
+    assert!(none == 0 && said.contains("this pack has no impostors"), "{said}");
     let off = |picture| Difference::between(picture, &full).mean;
     println!("impostors {}, coarsest meshes {}", off(&impostors), off(&coarsest));
     assert!(off(&impostors) < 0.95 * off(&coarsest), "{} and {}", off(&impostors), off(&coarsest));

@@ -212,10 +212,11 @@ pub struct Args {
     pub dots: f32,
 
     /// Height in pixels below which somebody is drawn as one small picture of two triangles, where the pack has such (crowdbake bake
-    /// --impostors); up to a quarter more they cross over from the coarsest mesh. 0: never. Where the budget is short, those below --dots are one
-    /// dot instead (technique bucketed with --fit fill and --lod-metric size)
-    #[arg(long, default_value_t = IMPOSTORS_PX, value_name = "PX", value_parser = dots_px, help_heading = "Level of detail")]
-    pub impostors: f32,
+    /// --impostors); up to a quarter more they cross over from the coarsest mesh. 0: never, and their pictures take no memory. Where the
+    /// budget is short, those below --dots are one dot instead (technique bucketed with --fit fill and --lod-metric size, on a GPU)
+    /// [default: 12]
+    #[arg(long, value_name = "PX", value_parser = dots_px, help_heading = "Level of detail")]
+    pub impostors: Option<f32>,
 
     /// Bucketed levels change at once instead of moving over into each other
     #[arg(long, help_heading = "Level of detail")]

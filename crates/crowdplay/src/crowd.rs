@@ -1,7 +1,7 @@
 //! From a pack to the instances of a crowd: who, where, with which clip.
 
 use crate::moving::{Feed, Moving, mover, with_root_paths};
-use crate::plan::{ClipPlan, CrowdPlan, HeightPlan, LayoutPlan, Simulator};
+use crate::plan::{ClipPlan, CrowdPlan, HeightPlan, ImpostorsPlan, LayoutPlan, Simulator};
 use crate::scenery::Scenery;
 use crate::schedules::{Actor, Schedules};
 use crate::view::read_text;
@@ -111,12 +111,18 @@ pub fn open_pack(path: &Path) -> Result<Pack> {
 /// [`Error::Parameter`] for a character or clip the pack does not have, [`Error::Scene`] for a refused layout file.
 pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
     let mut data = CrowdData::from_pack(pack, plan.texture_side)?;
+    let lacks_impostors = plan.impostors == ImpostorsPlan::Asked && data.impostors.is_none();
+    // What nobody will be takes no memory.
+    data.impostors = data.impostors.filter(|_| plan.impostors != ImpostorsPlan::Off);
     if plan.measures_speeds {
         data.clip_speeds = cpu::clip_speeds(&data);
     }
     let manifest = &pack.contents().manifest.characters;
     let characters = choose_characters(manifest, &plan.characters)?;
     let mut remarks = Vec::new();
+    if lacks_impostors {
+        remarks.push("this pack has no impostors (--impostors); crowdbake bake --impostors 16 makes some".to_owned());
+    }
     let clips = choose_clips(manifest, &characters, &plan.clips, &mut remarks)?;
     let factors = choose_factors(&data, manifest, &characters, &plan.height, &mut remarks)?;
     let clips = if plan.layout == LayoutPlan::Named(Layout::Seats) && plan.clips == ClipPlan::Usual {

@@ -6,19 +6,19 @@ mod seen_from;
 mod who_where;
 
 pub use picture_name::PictureName;
-pub use who_where::{ClipPlan, CrowdPlan, FeedPlan, HeightPlan, LayoutPlan, MotionPlanWord, Simulator};
+pub use who_where::{ClipPlan, CrowdPlan, FeedPlan, HeightPlan, ImpostorsPlan, LayoutPlan, MotionPlanWord, Simulator};
 
 use crate::budget_words::STEADY_PERCENT;
-use crate::cli::{Args, BackendWord, FitWord, MetricWord, PoseRates, SimulatorWord, Switch, WeightWord};
+use crate::cli::{Args, BackendWord, FitWord, IMPOSTORS_PX, MetricWord, PoseRates, SimulatorWord, Switch, WeightWord};
 use crate::memory::MEGABYTE;
 use crate::{Error, Result};
 use contradictions::{
-    check_budget, check_occlusion, check_reference, check_sharing, check_simulator, check_skinning, check_view,
-    check_window,
+    check_budget, check_impostors, check_occlusion, check_reference, check_sharing, check_simulator, check_skinning,
+    check_view, check_window,
 };
 use crowd_stages::{BudgetIn, DrawOptions, Fit, Levels, Technique, Weight};
 use std::path::{Path, PathBuf};
-use who_where::{clips, height, layout, motion};
+use who_where::{clips, height, impostors, layout, motion};
 
 /// Vertices a frame by default on a graphics card, besides the crowd's coarsest levels.
 pub const GPU_BUDGET: u32 = 1_000_000;
@@ -239,6 +239,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
     check_simulator(args)?;
     check_reference(args)?;
     check_view(args)?;
+    check_impostors(args)?;
     if args.shadows > 0 && args.backend == BackendWord::Cpu {
         return Err(Error::Parameter {
             option: "--shadows",
@@ -274,6 +275,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
             measures_speeds: args.pose_rates != PoseRates::Off,
             fade_s: args.fade,
             texture_side: args.texture_side,
+            impostors: impostors(args),
         },
         detail: DetailPlan {
             budget: args.budget,
@@ -287,7 +289,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
             },
             max_px: args.max_px,
             target_ms: args.target_ms,
-            impostors_px: args.impostors,
+            impostors_px: args.impostors.unwrap_or(IMPOSTORS_PX),
             dots_px: args.dots,
             sight_m: args.fog,
             draw: DrawOptions {
@@ -348,6 +350,10 @@ mod tests {
             &["--headless", "--out", "-", "--report", "-"],
             &["--backend", "cpu", "--adapter", "x"],
             &["--dt", "0.1"],
+            &["--impostors", "20", "--technique", "reform"],
+            &["--impostors", "20", "--fit", "eq1"],
+            &["--impostors", "20", "--lod-metric", "error"],
+            &["--impostors", "20", "--backend", "cpu"],
             &["--weight", "area-distance", "--alpha", "1"],
             &["--target", "1,2,3"],
             &["--occlusion", "on", "--technique", "reform"],
@@ -380,6 +386,20 @@ mod tests {
         for words in table {
             let error = planned(words).expect_err("these words contradict each other");
             assert_eq!(error.exit_code(), crate::error::EXIT_USAGE, "{words:?}: {error}");
+        }
+    }
+
+    #[test]
+    fn impostors_are_kept_where_they_may_be_drawn() {
+        let of = |words: &[&str]| planned(words).expect("these words agree").crowd.impostors;
+        // In a window one may switch over to what draws them.
+        assert_eq!([of(&[]), of(&["--technique", "reform"])], [ImpostorsPlan::IfThere; 2]);
+        assert_eq!(
+            [of(&["--headless"]), of(&["--headless", "--impostors", "9"])],
+            [ImpostorsPlan::IfThere, ImpostorsPlan::Asked]
+        );
+        for words in [&["--impostors", "0"][..], &["--headless", "--fit", "eq1"], &["--headless", "--backend", "cpu"]] {
+            assert_eq!(of(words), ImpostorsPlan::Off, "{words:?}");
         }
     }
 

@@ -25,10 +25,11 @@ impl ImpostorTextures {
         let pose_height = impostors.tile_px * impostors.elevation_count;
         let pose_count = impostors.characters.iter().map(|c| c.pose_count * c.clip_count).sum::<u32>().max(1);
         let poses_a_layer = (LAYER_HEIGHT / pose_height).clamp(1, pose_count);
+        let (width, height) = (impostors.width() as u32, poses_a_layer * pose_height);
         let size = wgpu::Extent3d {
-            width: impostors.width() as u32,
-            height: poses_a_layer * pose_height,
-            depth_or_array_layers: array_layers(pose_count.div_ceil(poses_a_layer), false),
+            width,
+            height,
+            depth_or_array_layers: array_layers(pose_count.div_ceil(poses_a_layer), width == height),
         };
         expect_room(&up.device.limits(), size)?;
         let mips = impostors.mips();

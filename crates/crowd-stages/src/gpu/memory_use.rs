@@ -23,6 +23,8 @@ pub struct MemoryUse {
     pub animation: u64,
     /// Texture layers.
     pub images: u64,
+    /// Pictures of impostors, and what they are drawn from.
+    pub impostors: u64,
     /// Everyone, and what the shared stages know of each.
     pub instances: u64,
     /// What techniques add: sorted lists, draw arguments; index buffer and vertex list of reformation.
@@ -49,11 +51,12 @@ pub struct MemoryUse {
 
 impl MemoryUse {
     /// All parts by name.
-    pub fn parts(&self) -> [(&'static str, u64); 14] {
+    pub fn parts(&self) -> [(&'static str, u64); 15] {
         [
             ("characters", self.characters),
             ("animation", self.animation),
             ("images", self.images),
+            ("impostors", self.impostors),
             ("instances", self.instances),
             ("techniques", self.techniques),
             ("skinning", self.skinning),

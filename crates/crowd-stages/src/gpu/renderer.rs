@@ -164,11 +164,12 @@ impl CrowdRenderer {
         }
         let mut up = Uploader { device, queue, bytes: 0 };
         let crowd = CrowdBuffers::new(&mut up, data)?;
-        let character_bytes = up.bytes - crowd.animation_bytes - crowd.layer_bytes;
+        let character_bytes = up.bytes - crowd.animation_bytes - crowd.layer_bytes - crowd.impostor_bytes;
         let mut memory = MemoryUse {
             characters: character_bytes,
             animation: crowd.animation_bytes,
             images: crowd.layer_bytes,
+            impostors: crowd.impostor_bytes,
             ..MemoryUse::default()
         };
         let before = up.bytes;

@@ -256,6 +256,8 @@ pub(crate) struct CrowdBuffers {
     pub(crate) layer_bytes: u64,
     /// Where the crowd has them.
     pub(crate) impostors: Option<ImpostorTextures>,
+    /// Bytes of all that.
+    pub(crate) impostor_bytes: u64,
 }
 
 impl CrowdBuffers {
@@ -268,6 +270,9 @@ impl CrowdBuffers {
         let animation_bytes = up.bytes - before;
         let layers = up.layer_texture(data)?;
         let layer_bytes = up.bytes - before - animation_bytes;
+        let before = up.bytes;
+        let impostors = ImpostorTextures::new(up, data)?;
+        let impostor_bytes = up.bytes - before;
         let unknown = || vec![f32::MAX; data.clips.len()];
         let clip_speeds = if data.clip_speeds.is_empty() { unknown() } else { data.clip_speeds.clone() };
         Ok(Self {
@@ -296,7 +301,8 @@ impl CrowdBuffers {
             layers,
             animation_bytes,
             layer_bytes,
-            impostors: ImpostorTextures::new(up, data)?,
+            impostors,
+            impostor_bytes,
         })
     }
 }

@@ -201,6 +201,15 @@ fn decide(args: &Args, mut words: BenchWords, typed: String) -> Result<Asked> {
         plan.crowd.measures_speeds = true;
         plan.detail.draw.holds_poses = false;
     }
+    if !words.ab.iter().any(|variant| variant.impostors) {
+        plan.crowd.impostors = plan::ImpostorsPlan::Off;
+    } else if plan.crowd.impostors == plan::ImpostorsPlan::Off {
+        return Err(refused(
+            "--ab",
+            "+impostors where nobody is one".to_owned(),
+            "+impostors with --impostors above 0, --fit fill and --lod-metric size",
+        ));
+    }
     let budgets = match &words.budgets[..] {
         [] => vec![plan.detail.budget],
         all => all.iter().copied().map(Some).collect(),

@@ -38,6 +38,25 @@ pub(super) fn check_window(args: &Args) -> Result<()> {
     }
 }
 
+/// Who may be an impostor is said by size, to the technique that has buckets for them.
+pub(super) fn check_impostors(args: &Args) -> Result<()> {
+    let Some(px) = args.impostors.filter(|px| *px > 0.0) else { return Ok(()) };
+    let refused = |with: String, allowed: &str| {
+        Err(Error::Parameter { option: "--impostors", found: format!("{px} with {with}"), allowed: allowed.to_owned() })
+    };
+    match args.technique {
+        Some(other) if other != Technique::Bucketed => {
+            refused(format!("--technique {other}"), "with --technique bucketed")
+        }
+        _ if args.fit == FitWord::Eq1 => refused("--fit eq1".to_owned(), "with --fit fill"),
+        _ if args.lod_metric == MetricWord::Error => {
+            refused("--lod-metric error".to_owned(), "with --lod-metric size, since impostors have no measured error")
+        }
+        _ if args.backend == BackendWord::Cpu => refused("--backend cpu".to_owned(), "with a GPU"),
+        _ => Ok(()),
+    }
+}
+
 /// Only the bucketed technique has more than one way to skin, and the CPU has its own.
 pub(super) fn check_skinning(args: &Args) -> Result<()> {
     let refused = |found: String, allowed: &str| {

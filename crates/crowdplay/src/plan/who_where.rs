@@ -1,8 +1,9 @@
 //! Who stands where and does what, as the words say.
 
-use crate::cli::{AROUND, Args};
+use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord};
 use crate::{Error, Result};
 use crowd_scene::Layout;
+use crowd_stages::Technique;
 use std::path::PathBuf;
 
 /// Who stands where.
@@ -34,6 +35,19 @@ pub struct CrowdPlan {
     pub fade_s: f32,
     /// Largest texture side, pixels.
     pub texture_side: u32,
+    /// Whether impostors take memory.
+    pub impostors: ImpostorsPlan,
+}
+
+/// Whether impostors take memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ImpostorsPlan {
+    /// Nobody will be one.
+    Off,
+    /// Where the pack has them.
+    IfThere,
+    /// The same, and it is said where it has none.
+    Asked,
 }
 
 impl CrowdPlan {
@@ -168,6 +182,18 @@ pub(super) fn motion(args: &Args) -> Result<MotionPlanWord> {
         }),
         ("auto", _) => Ok(MotionPlanWord::Usual),
         _ => Ok(MotionPlanWord::File(args.motion_graph.clone())),
+    }
+}
+
+/// In a window one may switch over to what draws them.
+pub(super) fn impostors(args: &Args) -> ImpostorsPlan {
+    let is_bucketed = args.technique.is_none_or(|technique| technique == Technique::Bucketed);
+    let is_drawn = is_bucketed && args.fit == FitWord::Fill && args.lod_metric == MetricWord::Size;
+    let may_be_drawn = args.backend != BackendWord::Cpu && (is_drawn || !args.headless);
+    match args.impostors {
+        Some(px) if px > 0.0 => ImpostorsPlan::Asked,
+        None if may_be_drawn => ImpostorsPlan::IfThere,
+        _ => ImpostorsPlan::Off,
     }
 }
 
