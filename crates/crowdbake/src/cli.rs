@@ -511,6 +511,9 @@ pub struct CompareArgs {
     /// Fewer points and no pictures: for tuning.
     #[arg(long)]
     pub quick: bool,
+    /// Points a side: small parts, as eyes, have few of them, and chance decides there [default: 10000; with --quick 2000].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
+    pub points: Option<u32>,
     /// Which of our own take part.
     #[arg(long, value_delimiter = ',', default_value = "wedge,refit,bind,peng2011", value_name = "NAME,...")]
     pub ours: Vec<Contender>,

@@ -321,7 +321,8 @@ fn compare(args: &CompareArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u
         refuse_inputs(output, &plan.inputs)?;
         expect_writable(output)?;
     }
-    let options = if args.quick { JudgeOptions::QUICK } else { JudgeOptions::FULL };
+    let usual = if args.quick { JudgeOptions::QUICK } else { JudgeOptions::FULL };
+    let options = JudgeOptions { points: args.points.unwrap_or(usual.points), ..usual };
     let mut contenders = args.ours.clone();
     let default_peers = || Contender::PEERS.into_iter().filter(|peer| !(args.quick && peer.is_gltfpack())).collect();
     contenders.extend(args.peers.clone().unwrap_or_else(default_peers));

@@ -1,6 +1,7 @@
 //! What we ask of our own levels: factors on what others reach, and how far we are.
 
 use super::metrics::{ANIMATED_RMS, COLOR, IMAGE, MAX, METRICS, Metric, NORMAL, REST_RMS, UV};
+use super::published::PublishedCell;
 use super::scores::{CharacterScores, find, geometric_mean};
 use crowd_judge::Verdict;
 use serde::Serialize;
@@ -56,7 +57,7 @@ const BEST_PEER_METRICS: [Metric; 3] = [COLOR, NORMAL, IMAGE];
 const MOTION_FACTOR: f64 = 1.15;
 
 /// All bars that the contenders and ratios of these scores can show.
-pub(super) fn bars_of(characters: &[CharacterScores], peers: &[&'static str]) -> Vec<Bar> {
+pub(super) fn bars_of(characters: &[CharacterScores], published: &[PublishedCell], peers: &[&'static str]) -> Vec<Bar> {
     let Some(first) = characters.first() else { return Vec::new() };
     let mut ratios: Vec<f64> = first.scores.iter().map(|score| score.ratio).collect();
     ratios.sort_by(|a, b| b.total_cmp(a));
@@ -96,6 +97,14 @@ pub(super) fn bars_of(characters: &[CharacterScores], peers: &[&'static str]) ->
         let cells = characters.iter().flat_map(|character| worst_cells(character, peers, ratio));
         let worst = cells.max_by(|a, b| a.0.total_cmp(&b.0));
         bars.extend(worst.map(|(found, metric, than)| bar("refit", metric, &than, ratio, found, CELL_FACTOR)));
+    }
+    for &ratio in &ratios {
+        let worst = published.iter().filter(|cell| cell.ratio == ratio).max_by(|a, b| a.found.total_cmp(&b.found));
+        bars.extend(worst.and_then(|cell| {
+            let metric = METRICS.iter().find(|metric| metric.key == cell.metric)?;
+            let than = format!("{} on {}, judged elsewhere", cell.peer, cell.character);
+            Some(bar("refit", metric, &than, ratio, cell.found, CELL_FACTOR))
+        }));
     }
     bars
 }
@@ -151,26 +160,42 @@ mod tests {
             scores("b", &[("wedge", 0.98, 100), ("meshopt-global", 1.0, 100)]),
             scores("c", &[("wedge", 0.001, 200), ("meshopt-global", 1.0, 100)]),
         ];
-        let bars = bars_of(&characters, &["meshopt-global"]);
+        let bars = bars_of(&characters, &[], &["meshopt-global"]);
         let first = &bars[0];
         assert_eq!((first.ours, first.than.as_str(), first.met), ("wedge", "meshopt-global", true));
         assert!((first.found - 0.7).abs() < 1e-9, "{first:?}");
         let worse = [scores("a", &[("wedge", 0.9, 100), ("meshopt-global", 1.0, 100)])];
-        assert!(!bars_of(&worse, &[])[0].met);
+        assert!(!bars_of(&worse, &[], &[])[0].met);
     }
 
     #[test]
     fn motion_is_held_against_rest() {
-        let bars = bars_of(&[scores("a", &[("wedge", 1.2, 100)])], &[]);
+        let bars = bars_of(&[scores("a", &[("wedge", 1.2, 100)])], &[], &[]);
         assert_eq!(bars.len(), 1);
         assert!(!bars[0].met && bars[0].than.ends_with("on a"), "{bars:?}");
+    }
+
+    #[test]
+    fn the_worst_cell_judged_elsewhere_shows() {
+        let cell = |peer, found| PublishedCell {
+            character: "a".to_owned(),
+            ratio: 0.25,
+            metric: "color_rms",
+            least: 1.0,
+            peer,
+            ours: found,
+            found,
+        };
+        let bars = bars_of(&[scores("a", &[("refit", 1.0, 100)])], &[cell("x", 0.9), cell("blender", 1.04)], &[]);
+        let bar = bars.last().unwrap();
+        assert_eq!((bar.than.as_str(), bar.metric, bar.met), ("blender on a, judged elsewhere", "color_rms", false));
     }
 
     #[test]
     fn one_lost_cell_shows_whatever_the_mean() {
         let row = |ours, theirs, count| [("refit", ours, 100), ("meshopt-best", theirs, count)];
         let cell = |characters: &[CharacterScores]| {
-            let bars = bars_of(characters, &["meshopt-best"]);
+            let bars = bars_of(characters, &[], &["meshopt-best"]);
             bars.into_iter().find(|bar| bar.allowed == CELL_FACTOR).unwrap()
         };
         let won = scores("a", &row(0.1, 1.0, 100));
@@ -178,7 +203,7 @@ mod tests {
         let found = cell(&[won, lost]);
         assert!(!found.met && found.than == "meshopt-best on b", "{found:?}");
         // A peer far below the target gives no cell.
-        let bars = bars_of(&[scores("b", &row(1.1, 1.0, 80))], &["meshopt-best"]);
+        let bars = bars_of(&[scores("b", &row(1.1, 1.0, 80))], &[], &["meshopt-best"]);
         assert!(bars.iter().all(|bar| bar.allowed != CELL_FACTOR));
     }
 }

@@ -1,7 +1,7 @@
 //! Judges levels of ours and of other tools side by side, at equal triangle counts over held-out poses.
 //!
 //! `subject` prepares a character, `contenders` names who takes part, `ours` and `meshopt_peers` make their levels,
-//! `crowd-judge` judges them, `scores` sums up over characters, `bars` says how far that is from what we ask of ourselves,
+//! `crowd-judge` judges them, `scores` sums up over characters, `published` holds single cells against figures of other tools, `bars` says how far all that is from what we ask of ourselves,
 //! `tables` writes.
 
 mod bars;
@@ -10,6 +10,7 @@ mod gltfpack;
 mod meshopt_peers;
 mod metrics;
 mod ours;
+mod published;
 mod scores;
 mod subject;
 mod tables;
@@ -17,6 +18,7 @@ mod tables;
 pub use bars::Bar;
 pub use contenders::Contender;
 pub use metrics::{METRICS, Metric};
+pub use published::PublishedCell;
 pub use scores::{CharacterScores, Comparison, Means, Score};
 pub(crate) use tables::{to_markdown, to_text};
 
@@ -142,6 +144,7 @@ fn judge_level(
 pub(crate) fn sum_up(characters: Vec<CharacterScores>, request: &CompareRequest, seconds: f64) -> Comparison {
     let peers = request.contenders.iter().filter(|contender| !contender.is_ours());
     let peers: Vec<&'static str> = peers.map(|contender| contender.name()).collect();
+    let published = published::published_cells(&characters);
     Comparison {
         schema_version: crate::report::SCHEMA_VERSION,
         generator: format!("crowdbake {}", env!("CARGO_PKG_VERSION")),
@@ -149,7 +152,8 @@ pub(crate) fn sum_up(characters: Vec<CharacterScores>, request: &CompareRequest,
         points: request.options.points,
         pictures: request.options.pictures,
         means: scores::means_of(&characters),
-        bars: bars::bars_of(&characters, &peers),
+        bars: bars::bars_of(&characters, &published, &peers),
+        published,
         characters,
         seconds,
     }

@@ -2,6 +2,7 @@
 
 use super::bars::Bar;
 use super::metrics::{METRICS, Metric};
+use super::published::PublishedCell;
 use crowd_judge::Verdict;
 use serde::Serialize;
 use serde::ser::SerializeMap;
@@ -25,6 +26,8 @@ pub struct Comparison {
     pub means: Vec<Means>,
     /// What we ask of ourselves, as far as the contenders and ratios of this run show it.
     pub bars: Vec<Bar>,
+    /// `refit` held against what other tools reached elsewhere, where a character of this run is one of those.
+    pub published: Vec<PublishedCell>,
     /// Wall-clock seconds of the whole run.
     pub seconds: f64,
 }
