@@ -23,6 +23,8 @@ const BORDER_WEIGHT: f32 = 2.0;
 const SEAM_WEIGHT: f32 = 0.07;
 /// What it weighs more per squared difference of the colours on its two sides: where red meets white, a seam that moves is seen.
 const SEAM_CONTRAST_WEIGHT: f32 = 1.5;
+/// How many times as much that is where both sides are of one colour each, without a texture: there the seam is all that shows.
+const PLAIN_SEAM_FACTOR: f32 = 4.0;
 /// What the worst frame adds to the mean: enough that no single pose breaks, too little to spend triangles on it alone.
 const WORST_WEIGHT: f32 = 0.2;
 
@@ -68,7 +70,8 @@ impl Quadrics {
         let level = Level::new();
         let posed = pose_in_lanes(level, mesh, poses, split, block_count);
         let incident = Incident::list(position_count, split.triangles.iter().map(|t| t.map(|v| split.position_of(v))));
-        let spreads = color_spreads(mesh, split);
+        let mut spreads = color_spreads(mesh, split);
+        stress_plain(&mut spreads, &incident, mesh.appearance.triangle_contrast);
         let mut planes = vec![[[0.0; LANES]; 9]; position_count * block_count];
         let mut areas = vec![0.0; position_count];
         planes.par_chunks_mut(block_count.max(1)).zip(&mut areas).enumerate().for_each(|(p, (blocks, area))| {
@@ -236,6 +239,16 @@ fn color_spreads(mesh: &LodMesh<'_>, split: &SplitMesh) -> Vec<f32> {
         }
     }
     spreads
+}
+
+/// Lets differences count for more at positions around which no triangle shows a texture.
+fn stress_plain(spreads: &mut [f32], incident: &Incident, triangle_contrast: &[f32]) {
+    let is_plain = |t: &u32| triangle_contrast.get(*t as usize) == Some(&0.0);
+    for (p, spread) in spreads.iter_mut().enumerate() {
+        if incident.at(p).iter().all(is_plain) {
+            *spread *= PLAIN_SEAM_FACTOR;
+        }
+    }
 }
 
 /// Adds the plane of a triangle, and those that hold its edges, to the quadric of its first corner.
