@@ -8,7 +8,7 @@ use crate::quadrics::{dot, pose_position};
 use crate::split_seams::SplitMesh;
 use crate::topology::{Spoke, Topology};
 use crate::{Criteria, LodMesh, LodPoses, Obstacle, VertexClass};
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level as Vectors, dispatch};
 use rayon::prelude::*;
 
 /// Posed frames, besides the bind pose, in which triangles may not flip.
@@ -31,7 +31,7 @@ const MAX_SCANNED_VALENCE: usize = 512;
 /// The rules and what they look at that does not change.
 #[derive(Debug, Clone)]
 pub(crate) struct Rules {
-    level: Level,
+    vectors: Vectors,
     criteria: Criteria,
     /// Cost of a square metre that lies more than a right angle from how it lay at full detail, m².
     turned_cost: f32,
@@ -97,7 +97,7 @@ impl Rules {
         pose_weights[1..=frames.len()].fill(1.0 / frames.len() as f32);
         let turned = TURNED_SHARE * diagonal(&bind);
         Self {
-            level: Level::new(),
+            vectors: Vectors::new(),
             criteria,
             turned_cost: turned * turned,
             locked,
@@ -306,12 +306,12 @@ impl Rules {
     /// `t`, and whether it lies in some pose more than a right angle from how it lay at full detail; `None` if it turns over.
     fn turn(&self, triangle: u32, lie: &Lie, t: u32, others: [u32; 2]) -> Option<([f32; 3], bool)> {
         let corners = [t, others[0], others[1]].map(|p| &self.posed[p as usize]);
-        dispatch!(self.level, _ => turn(lie, corners, &self.first_normals[triangle as usize]))
+        dispatch!(self.vectors, _ => turn(lie, corners, &self.first_normals[triangle as usize]))
     }
 
     /// What the machine can do at once.
-    pub fn level(&self) -> Level {
-        self.level
+    pub fn vectors(&self) -> Vectors {
+        self.vectors
     }
 }
 

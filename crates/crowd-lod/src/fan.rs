@@ -81,7 +81,7 @@ impl Fan {
         let center = rules.places(self.center);
         let lie = |blade: &Blade| {
             let [a, b] = blade.others.map(|p| rules.places(p));
-            let (normals, squared) = dispatch!(rules.level(), _ => {
+            let (normals, squared) = dispatch!(rules.vectors(), _ => {
                 let normals = normals(center, a, b);
                 (normals, product(&normals, &normals))
             });

@@ -11,7 +11,7 @@ use crate::closest::{ClosestTriangles, corners_of, distances_squared};
 use crate::measure::{Sample, place_of, spread_samples};
 use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::{LodPoses, Mat3x4};
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level as Vectors, dispatch};
 use peaks::Peaks;
 use rayon::prelude::*;
 
@@ -272,7 +272,7 @@ impl Points {
 
     /// The largest squared distance of the points and between the farthest of them, or `largest` where none is farther.
     fn raise(&mut self, mut largest: f32, positions: &[[f32; 3]], triangles: &[[u32; 3]], to: &Target<'_>) -> f32 {
-        let (mut peaks, level) = (Peaks::default(), Level::new());
+        let (mut peaks, vectors) = (Peaks::default(), Vectors::new());
         for (samples, closest) in self.samples.chunks(AT_ONCE).zip(self.closest.chunks_mut(AT_ONCE)) {
             let (mut points, mut likely) = ([[0.0; 3]; AT_ONCE], [[[0.0; 3]; 3]; AT_ONCE]);
             for i in 0..AT_ONCE {
@@ -281,7 +281,7 @@ impl Points {
                 let triangle = to.triangles.get(closest[i_there] as usize).unwrap_or(&to.triangles[0]);
                 likely[i] = corners_of(*triangle, to.positions);
             }
-            let near = dispatch!(level, _ => distances_squared(&points, &likely));
+            let near = dispatch!(vectors, _ => distances_squared(&points, &likely));
             for (i, closest) in closest.iter_mut().enumerate() {
                 let enough = Peaks::least(largest);
                 if near[i] <= enough {

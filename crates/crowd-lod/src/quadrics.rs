@@ -9,7 +9,7 @@
 use crate::classify::EdgeKind;
 use crate::split_seams::SplitMesh;
 use crate::{Criteria, LodMesh, LodPoses, Mat3x4};
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level as Vectors, dispatch};
 use rayon::prelude::*;
 
 /// Frames in one block.
@@ -23,7 +23,7 @@ const BORDER_WEIGHT: f32 = 2.0;
 const SEAM_WEIGHT: f32 = 0.07;
 /// What it weighs more per squared difference of the colours on its two sides: where red meets white, a seam that moves is seen.
 const SEAM_CONTRAST_WEIGHT: f32 = 1.5;
-/// How many times as much that is where both sides are of one colour each, without a texture: there the seam is all that shows.
+/// How many times as much that is where no texture changes on either side: there the seam is all that shows (decision 0058).
 const PLAIN_SEAM_FACTOR: f32 = 4.0;
 /// What the worst frame adds to the mean: enough that no single pose breaks, too little to spend triangles on it alone.
 const WORST_WEIGHT: f32 = 0.2;
@@ -35,7 +35,7 @@ type QuadricBlock = [Lanes; 9];
 /// Quadrics of all positions over all frames.
 #[derive(Debug)]
 pub(crate) struct Quadrics {
-    level: Level,
+    vectors: Vectors,
     block_count: usize,
     frame_weights: Vec<Lanes>,
     worst_weight: f32,
@@ -67,11 +67,13 @@ impl Quadrics {
         for (i, &weight) in poses.frame_weights.iter().enumerate() {
             frame_weights[i / LANES][i % LANES] = weight;
         }
-        let level = Level::new();
-        let posed = pose_in_lanes(level, mesh, poses, split, block_count);
+        let vectors = Vectors::new();
+        let posed = pose_in_lanes(vectors, mesh, poses, split, block_count);
         let incident = Incident::list(position_count, split.triangles.iter().map(|t| t.map(|v| split.position_of(v))));
         let mut spreads = color_spreads(mesh, split);
-        stress_plain(&mut spreads, &incident, mesh.appearance.triangle_contrast);
+        let contrast = mesh.appearance.triangle_contrast;
+        let is_plain = |t: u32| contrast.get(split.triangle_source[t as usize] as usize) == Some(&0.0);
+        stress_plain(&mut spreads, &incident, is_plain);
         let mut planes = vec![[[0.0; LANES]; 9]; position_count * block_count];
         let mut areas = vec![0.0; position_count];
         planes.par_chunks_mut(block_count.max(1)).zip(&mut areas).enumerate().for_each(|(p, (blocks, area))| {
@@ -84,10 +86,10 @@ impl Quadrics {
                 ([0, 1, 2].map(|i| corners[(at + i) % 3] * block_count), weights)
             };
             let around: Vec<([usize; 3], [f32; 2])> = incident.at(p).iter().map(corner).collect();
-            dispatch!(level, _ => *area = sum_triangles(&around, &posed, &frame_weights, blocks));
+            dispatch!(vectors, _ => *area = sum_triangles(&around, &posed, &frame_weights, blocks));
         });
         let paid = vec![0.0; position_count];
-        Self { level, block_count, frame_weights, worst_weight, posed, planes, paid, areas }
+        Self { vectors, block_count, frame_weights, worst_weight, posed, planes, paid, areas }
     }
 
     /// What `u`'s quadric costs at `t`: its mean over frames, and a share of the worst frame's.
@@ -101,7 +103,7 @@ impl Quadrics {
     fn mean_and_worst(&self, u: u32, t: u32) -> (f32, f32) {
         let blocks = |p: u32| p as usize * self.block_count..(p as usize + 1) * self.block_count;
         let (from, to, planes) = (&self.posed[blocks(u)], &self.posed[blocks(t)], &self.planes[blocks(u)]);
-        dispatch!(self.level, _ => mean_and_worst(from, to, planes, &self.frame_weights))
+        dispatch!(self.vectors, _ => mean_and_worst(from, to, planes, &self.frame_weights))
     }
 
     /// Cost of moving `u` to `t`, given [`Self::move_cost`]: both quadrics at `t`.
@@ -142,8 +144,8 @@ impl Quadrics {
     /// Adds `u`'s quadric to `t`'s.
     pub fn merge(&mut self, u: u32, t: u32, move_cost: f32) {
         let (from, to) = (u as usize * self.block_count, t as usize * self.block_count);
-        let Self { level, block_count, posed, planes, .. } = self;
-        dispatch!(*level, _ => {
+        let Self { vectors, block_count, posed, planes, .. } = self;
+        dispatch!(*vectors, _ => {
             for b in 0..*block_count {
                 let source = planes[from + b];
                 add_moved(&source, &posed[from + b], &posed[to + b], &mut planes[to + b]);
@@ -241,11 +243,10 @@ fn color_spreads(mesh: &LodMesh<'_>, split: &SplitMesh) -> Vec<f32> {
     spreads
 }
 
-/// Lets differences count for more at positions around which no triangle shows a texture.
-fn stress_plain(spreads: &mut [f32], incident: &Incident, triangle_contrast: &[f32]) {
-    let is_plain = |t: &u32| triangle_contrast.get(*t as usize) == Some(&0.0);
+/// Lets differences count for more at positions around which no triangle shows a change of texture.
+fn stress_plain(spreads: &mut [f32], incident: &Incident, is_plain: impl Fn(u32) -> bool) {
     for (p, spread) in spreads.iter_mut().enumerate() {
-        if incident.at(p).iter().all(is_plain) {
+        if incident.at(p).iter().all(|&t| is_plain(t)) {
             *spread *= PLAIN_SEAM_FACTOR;
         }
     }
@@ -332,7 +333,7 @@ fn lanes_dot(a: &[Lanes; 3], b: &[Lanes; 3]) -> Lanes {
 }
 
 fn pose_in_lanes(
-    level: Level,
+    vectors: Vectors,
     mesh: &LodMesh<'_>,
     poses: &LodPoses<'_>,
     split: &SplitMesh,
@@ -360,7 +361,7 @@ fn pose_in_lanes(
             influences[count] = (mesh.joints[source][k] as usize * block_count, mesh.weights[source][k]);
             count += 1;
         }
-        dispatch!(level, _ => pose_blocks(mesh.positions[source], &influences[..count], &matrices, blocks));
+        dispatch!(vectors, _ => pose_blocks(mesh.positions[source], &influences[..count], &matrices, blocks));
     });
     posed
 }
@@ -462,9 +463,10 @@ pub(crate) fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Appearance;
     use crate::classify::classify_wedges;
     use crate::split_seams::split_seams;
-    use crate::test_meshes::{REST, TestPoses, uv_sphere};
+    use crate::test_meshes::{REST, TestMesh, TestPoses, uv_sphere};
 
     /// The cost after two merges equals the mean over frames of area-weighted squared plane distances, summed by hand
     /// in f64 over all triangles of the merged positions.
@@ -526,5 +528,77 @@ mod tests {
         assert!(expected > 0.0);
         assert!((f64::from(cost) - expected).abs() < 1.0e-4 * expected, "{cost} {expected}");
         assert!((f64::from(quadrics.merged_area(b, c)) - area).abs() < 1.0e-4 * area);
+    }
+
+    /// Two plain colours, one a column of quads each, and what lies around them.
+    fn two_colors() -> TestMesh {
+        let mut mesh = TestMesh::default();
+        for (column, (gray, material)) in [([0_u8; 4], 0), ([255; 4], 1)].into_iter().enumerate() {
+            let x = column as f32;
+            let corners = |y: f32| [[x, y, 0.0], [x + 1.0, y, 0.0], [x + 1.0, y + 1.0, 0.0], [x, y + 1.0, 0.0]];
+            for y in 0..3 {
+                let quad = corners(y as f32).map(|at| mesh.vertex(at, [0.0; 2]));
+                quad.iter().for_each(|&v| mesh.colors[v as usize] = gray);
+                mesh.quad(quad);
+                let last = mesh.materials.len() - 2;
+                mesh.materials[last..].fill(material);
+            }
+        }
+        mesh
+    }
+
+    /// Planes of all positions of a mesh at rest.
+    fn planes_of(mesh: &TestMesh, triangle_contrast: &[f32]) -> Vec<QuadricBlock> {
+        let appearance = Appearance { triangle_contrast, ..Appearance::default() };
+        let mesh = LodMesh { appearance, ..mesh.mesh() };
+        let (split, poses) = (split_seams(&mesh), TestPoses::rest());
+        let kinds = classify_wedges(&split).edge_kinds;
+        Quadrics::build(&mesh, &poses.poses(), &split, &kinds, Criteria::Wedge).planes
+    }
+
+    #[test]
+    fn seams_between_plain_colors_count_more_and_triangles_left_out_shift_nothing() {
+        let mesh = two_colors();
+        let count = mesh.triangles.len();
+        let textured = planes_of(&mesh, &vec![1.0; count]);
+        let plain = planes_of(&mesh, &vec![0.0; count]);
+        assert_ne!(plain, textured);
+        assert_eq!(planes_of(&mesh, &[]), textured, "nobody looked");
+        // The second column alone is textured: no position of the seam is plain.
+        let half: Vec<f32> = (0..count).map(|t| if t < count / 2 { 0.0 } else { 1.0 }).collect();
+        assert_eq!(planes_of(&mesh, &half), textured);
+        // Six triangles that use a vertex twice come first; the simplifier leaves them out.
+        let mut shifted = mesh.clone();
+        shifted.triangles.splice(0..0, [[0, 0, 1]; 6]);
+        shifted.materials.splice(0..0, [0; 6]);
+        let contrast = |first: f32, others: f32| [vec![first; 6], vec![others; count]].concat();
+        assert_eq!(planes_of(&shifted, &contrast(1.0, 0.0)), plain);
+        assert_eq!(planes_of(&shifted, &contrast(0.0, 1.0)), textured);
+    }
+
+    #[test]
+    fn wider_vectors_give_the_same_bits() {
+        let mesh = uv_sphere(9, 7);
+        let bent = |by: f32| [[1.0, 0.1 * by, 0.0, by], [0.0, 1.0 - 0.03 * by, 0.5, 0.0], [0.1 * by, 0.0, 1.0, -3.0]];
+        let poses = TestPoses::even((0..21).map(|frame| bent(frame as f32)).collect(), 1);
+        let split = split_seams(&mesh.mesh());
+        let kinds = classify_wedges(&split).edge_kinds;
+        let mut quadrics = Quadrics::build(&mesh.mesh(), &poses.poses(), &split, &kinds, Criteria::Wedge);
+        for [u, t, _] in split.triangles.iter().map(|t| t.map(|v| split.position_of(v))) {
+            let blocks = |p: u32| p as usize * quadrics.block_count..(p as usize + 1) * quadrics.block_count;
+            let (from, to) = (&quadrics.posed[blocks(u)], &quadrics.posed[blocks(t)]);
+            let plain = mean_and_worst(from, to, &quadrics.planes[blocks(u)], &quadrics.frame_weights);
+            let wide = quadrics.mean_and_worst(u, t);
+            assert_eq!([plain.0, plain.1].map(f32::to_bits), [wide.0, wide.1].map(f32::to_bits));
+            let mut merged = quadrics.planes[blocks(t)].to_vec();
+            for (b, block) in merged.iter_mut().enumerate() {
+                add_moved(&quadrics.planes[blocks(u)][b], &from[b], &to[b], block);
+            }
+            quadrics.merge(u, t, 0.0);
+            let start = t as usize * quadrics.block_count;
+            for (a, b) in merged.iter().zip(&quadrics.planes[start..]) {
+                assert_eq!(a.map(|row| row.map(f32::to_bits)), b.map(|row| row.map(f32::to_bits)));
+            }
+        }
     }
 }

@@ -66,7 +66,7 @@ impl Volumes {
 /// their tip there, positive before their front.
 fn gained_by_move(fan: &Fan, rules: &Rules, t: u32) -> Lanes {
     let (from, tip) = (rules.places(fan.center), rules.places(t));
-    dispatch!(rules.level(), _ => volumes_below(fan, t, from, tip))
+    dispatch!(rules.vectors(), _ => volumes_below(fan, t, from, tip))
 }
 
 /// The same; `from`: the places of the centre, `tip`: those of `t`.

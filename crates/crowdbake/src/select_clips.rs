@@ -13,7 +13,7 @@ pub(crate) fn select_clips(clips: Vec<RawClip>, patterns: &[String]) -> Result<V
         let names = clips.iter().map(|clip| clip.name.as_str());
         match matching_clips(names, asked) {
             Ok(found) => found.into_iter().for_each(|index| kept[index] = true),
-            Err(cause) if is_pattern(asked) => refused = refused.or(Some(cause)),
+            Err(cause) if is_pattern(asked) && glob::Pattern::new(asked).is_ok() => refused = refused.or(Some(cause)),
             Err(cause) => return Err(cause),
         }
     }
@@ -76,6 +76,7 @@ mod tests {
         let refusal = select_clips(all(), &["*swim*".into(), "*fly*".into()]).unwrap_err().to_string();
         assert!(refusal.contains("`*swim*`"), "{refusal}");
         assert!(select_clips(all(), &["run".into()]).is_err(), "a name is a name");
+        assert!(select_clips(all(), &["*walk*".into(), "**run**".into()]).is_err(), "no pattern at all");
         let many: Vec<String> = (0..76).map(|n| format!("clip{n}")).collect();
         let refusal = select_clips(clips(&many.iter().map(String::as_str).collect::<Vec<_>>()), &["Idle".into()]);
         let refusal = refusal.unwrap_err().to_string();

@@ -112,8 +112,12 @@ pub(crate) fn fit_colors(
                 tried.push(half);
                 tried.extend(beside);
             } else if !at_corner {
-                // On the rim it slides along it.
-                tried.extend(beside.iter().filter_map(|&uv| charts.to_rim(chart, uv)).map(|(on_rim, _)| on_rim));
+                // On the rim it slides along it: half way, too, it is there, and not on its way to another side or around a corner.
+                let on_rim = beside.iter().filter_map(|&uv| charts.to_rim(chart, uv)).map(|(on_rim, _)| on_rim);
+                tried.extend(on_rim.filter(|uv| {
+                    let middle = [0, 1].map(|k| (uv[k] + before[k]) / 2.0);
+                    charts.to_rim(chart, middle).is_some_and(|(_, distance)| distance <= 1.0e-4 * length)
+                }));
             }
             for uv in tried {
                 if uv == before {
@@ -156,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_coordinate_slides_to_its_colour_and_rims_stay() {
+    fn a_coordinate_slides_to_its_colour_and_on_the_rim_along_it() {
         let mesh = grid(2, 2, |_, _| 0.0, |_, _| false);
         let appearance = Appearance { textures: Some(&Ramp), ..Appearance::default() };
         let lod_mesh = LodMesh { appearance, ..mesh.mesh() };
@@ -175,11 +179,11 @@ mod tests {
             let near = if v == middle { 0.02 } else { 0.0 };
             assert!((found[v][0] - level.uvs[v][0]).abs() <= near, "{v}: {:?}", found[v]);
         }
-        // On the rim it slides back along it.
+        // On the rim it slides along it, from a wrong place of the level's own.
         let below = level.uvs.iter().position(|&uv| uv == [0.5, 0.0]).expect("a vertex on the rim");
-        let mut slid = level.uvs.clone();
-        slid[below] = [0.58, 0.0];
-        let found = fit_colors(&full, &shape, &pairs, &dress, &level, &slid)[below];
+        let mut off = level.clone();
+        off.uvs[below] = [0.58, 0.0];
+        let found = fit_colors(&full, &shape, &pairs, &dress, &off, &off.uvs)[below];
         assert!((found[0] - 0.5).abs() <= 0.02 && found[1] == 0.0, "{found:?}");
         // Nobody knows the colours: nothing moves.
         let blind = mesh.mesh();

@@ -1,6 +1,7 @@
 //! Which places of a level stay: where it already lies on full detail there is little to win and much to lose.
 //!
-//! Least squares spreads an error: what lay exactly would come off a little, with its normals, its seams and the shell just under it.
+//! Least squares spreads an error: what lay exactly would come off a little, with its normals, its seams and the shell just under it. Places at rest
+//! stay; the weights of a held vertex are fitted like all others, so in the frames it may move.
 
 use super::pairs::Pair;
 use super::shape::Shape;
@@ -20,7 +21,7 @@ pub(crate) fn find_held(shape: &Shape, pairs: &[Pair], mean_squared: f64) -> Vec
         }
     }
     let limit = HELD_SHARE * HELD_SHARE * mean_squared;
-    around.iter().map(|&(sum, share)| share > 0.0 && sum < limit * share).collect()
+    around.iter().map(|&(sum, share)| share > 0.0 && sum <= limit * share).collect()
 }
 
 #[cfg(test)]
@@ -31,6 +32,23 @@ mod tests {
     use crate::refit::pairs::Probes;
     use crate::test_meshes::{TestPoses, grid, quick};
     use crate::{level_mesh, simplify};
+
+    #[test]
+    fn all_of_an_exact_level_stays() {
+        let mesh = grid(2, 2, |_, _| 0.0, |_, _| false);
+        let (lod_mesh, poses) = (mesh.mesh(), TestPoses::rest());
+        let order = simplify(&lod_mesh, &poses.poses(), &quick(), &|_| ()).expect("a valid mesh");
+        let level = level_mesh(&lod_mesh, &order, order.levels.last().expect("full detail"));
+        let full = FullDetail::new(&lod_mesh, &poses.poses(), &order, 1);
+        let shape = Shape::new(&level);
+        let (mut pairs, _) = Probes::new(&full, &shape, 400).pair(&full, &shape, &shape.blend(&full.frames), false);
+        let mut held = |error: f32| {
+            pairs.iter_mut().for_each(|pair| pair.offset = [0.0, 0.0, error]);
+            find_held(&shape, &pairs, f64::from(error * error))
+        };
+        assert!(held(0.0).into_iter().all(|held| held), "nothing is left to win");
+        assert!(!held(0.1).into_iter().any(|held| held), "as far off as all");
+    }
 
     #[test]
     fn where_a_level_is_off_it_moves_and_elsewhere_it_stays() {

@@ -1,4 +1,4 @@
-//! What other tools reached where we judged them once and cannot run them each time (Blender): single cells, from a file of figures.
+//! What other tools reached, judged once: Blender, and settings of others that no run tries. Single cells, from a file of figures.
 
 use super::metrics::{METRICS, Metric};
 use super::scores::{CharacterScores, find};

@@ -31,7 +31,7 @@ pub(crate) fn to_text(comparison: &Comparison) -> String {
 }
 
 const INTRODUCTION: &str = "\
-Made by `crowdbake compare ASSET... -o docs/benchmarks/levels.md`; do not edit by hand.
+Made by `crowdbake compare ASSET... -o FILE.md`; do not edit by hand.
 
 How judged: each level is posed by its own skeleton at 24 moments spread over all clips by duration, half way between the \
 frames that a bake samples, and in the pose at rest. Points spread by area over both surfaces and fixed there; distance of \
@@ -50,13 +50,13 @@ texture coordinates 1, skin weights 0.5, permissive, no error limit), each primi
 ";
 
 const PUBLISHED: &str = "\
-The least value that any of eleven peers reached (gltfpack 1.3.0 in seven settings, meshoptimizer 1.3 in four, Blender 3.4.1 Decimate, each with a count near \
-the target), and `refit` in this run over it. They were judged once, with as many poses, points and pictures as here, by other code: \
+The least value that any of twelve peers reached (gltfpack 1.3.0 in seven settings, meshoptimizer 1.3 in four, Blender 3.4.1 Decimate, each with a count near \
+the target), and `refit` in this run over it. They were judged once, in as many poses, with 10,000 points a side and as many pictures, by other code: \
 peers that are in both mostly differ by less than 10 % in distances and colours (distances of Knight and Mage at 5 % by 45 and 20 %), and \
 pictures, drawn by another rasteriser, by up to 40 %. \
 The figures are rounded as they were given, those of small errors coarsely.";
 
-/// The document of `docs/benchmarks/levels.md`.
+/// The document of `docs/benchmarks/levels.md` and `levels-more.md`.
 pub(crate) fn to_markdown(comparison: &Comparison) -> String {
     let mut out = format!("# Benchmarks: levels of detail\n\n{INTRODUCTION}\n");
     let names: Vec<String> = comparison
@@ -126,20 +126,18 @@ fn bars_table(bars: &[Bar]) -> Table {
 
 /// A line a character and ratio, least values with their peers and ours over them.
 fn published_table(cells: &[PublishedCell]) -> Table {
+    let mut headings = vec!["character", "at"];
+    // A run without pictures has none of theirs.
+    let shown: Vec<&Metric> = METRICS.iter().filter(|m| cells.iter().any(|cell| cell.metric == m.key)).collect();
+    headings.extend(shown.iter().map(|metric| metric.heading));
     let row = |cells: &[PublishedCell]| {
         let mut row = vec![cells[0].character.clone(), percent(cells[0].ratio)];
-        row.extend(cells.iter().map(|cell| format!("{:.3} ({} {})", cell.found, cell.peer, cell.least)));
+        row.extend(shown.iter().map(|metric| match cells.iter().find(|cell| cell.metric == metric.key) {
+            Some(cell) => format!("{:.3} ({} {})", cell.found, cell.peer, cell.least),
+            None => "–".to_owned(),
+        }));
         row
     };
-    let mut headings = vec!["character", "at"];
-    let Some(rows) = cells.chunk_by(|a, b| (&a.character, a.ratio) == (&b.character, b.ratio)).next() else {
-        return Table { headings, rows: Vec::new() };
-    };
-    let heading = |cell: &PublishedCell| {
-        METRICS.iter().find(|metric| metric.key == cell.metric).map_or(cell.metric, |metric| metric.heading)
-    };
-    headings.extend(rows.iter().map(heading));
-    // A run without pictures has shorter lines, all alike.
     let rows = cells.chunk_by(|a, b| (&a.character, a.ratio) == (&b.character, b.ratio)).map(row).collect();
     Table { headings, rows }
 }
