@@ -134,6 +134,42 @@ fn what_a_simulator_writes_is_drawn_as_if_the_cpu_had_set_it() {
     assert_eq!(again, draw(&mut by_cpu, &picture, &config, Technique::Bucketed));
 }
 
+/// Casters of a frame with more people stay in the buffers; they may not push those who are left out of the lists.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn who_is_left_when_a_simulators_people_go_throws_the_same_shadow() {
+    let (device, queue) = gpu::device();
+    let (_, config) = close_up();
+    let config = FrameConfig { budget: 12_000, ..config };
+    let (written, _) = simulated();
+    let count = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: 4,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let picture = Picture::new((640, 360));
+    let of = |renderer: &mut CrowdRenderer, people: u32, skinning, shadows| {
+        queue.write_buffer(&count, 0, bytemuck::bytes_of(&people));
+        let options = DrawOptions { skinning, shadows, ..Technique::Bucketed.into() };
+        let totals = draw(renderer, &picture, &config, options);
+        assert_eq!(totals.visible_count + totals.outside_count, people);
+        picture.pixels()
+    };
+    let [mut fresh, mut used] = [(), ()].map(|()| renderer(OPTIONS, &[]));
+    lend(&mut fresh, &written, Some(&count), &[]);
+    lend(&mut used, &written, Some(&count), &[]);
+    // One map, for what stays is of the last map drawn, and in outer ones there are few.
+    let [expected, plain] = [1, 0].map(|shadows| of(&mut fresh, 40, Skinning::Vertex, shadows));
+    assert!(compare(&expected, &plain).share_over(0) > 0.01, "shadows are seen");
+    for skinning in [Skinning::Compute, Skinning::Vertex] {
+        of(&mut used, 150, skinning, 1);
+        let left = of(&mut used, 40, skinning, 1);
+        let different = compare(&left, &expected).share_over(0);
+        assert_eq!(different, 0.0, "{}", skinning.name());
+    }
+}
+
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn a_draw_for_each_instance_needs_their_characters() {

@@ -162,9 +162,16 @@ fn casters_with_vertices_of_the_crowds_own_pass_throw_the_same_shadows() {
         assert_eq!(different, 0, "N = {budget}, no_morph {no_morph}, occlusion {occlusion}");
         assert!(vertex.0.iter().zip(&plain).filter(|(a, b)| a != b).count() > 1000, "shadows are seen");
     }
-    // Both kinds were there: who borrows, and who is not seen and skins its own.
+    // Room for others: who lent is set up anew.
     let config = FrameConfig { budget: 9000, ..FrameConfig::from_camera(&view) };
     draw(&mut renderer, &picture, &config, way(Skinning::Compute));
+    let before = picture.pixels();
+    renderer.make_room(OPTIONS.max_vertices / 2, OPTIONS.max_triangles / 2);
+    draw(&mut renderer, &picture, &config, way(Skinning::Vertex));
+    assert!(picture.pixels() == before, "nobody lends");
+    draw(&mut renderer, &picture, &config, way(Skinning::Compute));
+    assert!(picture.pixels() == before, "somebody else lends");
+    // Both kinds were there: who borrows, and who is not seen and skins its own.
     let read = |name| renderer.buffer(Technique::Bucketed, name).expect("a map was drawn").clone();
     let keys: Vec<u32> = gpu::read(&read("casters"), instances.len());
     let casters: Vec<DrawnInstance> = gpu::read(&read("drawn_casters"), instances.len());

@@ -80,13 +80,13 @@ impl BoundFeed {
     /// Takes the simulator's records into the frame's, and their count into the frame's uniform.
     pub(crate) fn record(&self, recorder: &mut StageRecorder<'_>, frame: &FrameBuffers) {
         recorder.stage("admit_instances", |pass| self.stage.record(pass, &self.bound, self.most));
-        self.record_count(recorder.encoder, frame);
+        self.record_count(recorder.encoder, &frame.config);
     }
 
-    /// Their count alone, for a frame whose instances have been taken.
-    pub(crate) fn record_count(&self, encoder: &mut wgpu::CommandEncoder, frame: &FrameBuffers) {
+    /// Their count alone, into a config of a frame whose instances have been taken.
+    pub(crate) fn record_count(&self, encoder: &mut wgpu::CommandEncoder, config: &wgpu::Buffer) {
         let (from, to) = (offset_of!(FeedState, count) as u64, offset_of!(FrameConfig, instance_count) as u64);
-        encoder.copy_buffer_to_buffer(&self.state, from, &frame.config, to, 4);
+        encoder.copy_buffer_to_buffer(&self.state, from, config, to, 4);
     }
 
     /// Adds who was refused to the frame's totals.

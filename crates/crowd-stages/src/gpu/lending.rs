@@ -20,7 +20,11 @@ pub(crate) struct Lending {
     lent: wgpu::Buffer,
     /// Of the casters' list.
     borrow: wgpu::BindGroup,
-    /// While there is somebody who lends.
+    /// Made when somebody first lends; does not depend on whom.
+    meshes: Option<wgpu::RenderPipeline>,
+    /// Somebody lends in this frame.
+    is_lending: bool,
+    /// Of who lent last: kept over frames in which nobody does, for frames of several ways may take turns.
     fitted: Option<Fitted>,
 }
 
@@ -29,7 +33,6 @@ struct Fitted {
     /// Whose it is bound to.
     skinned: wgpu::Buffer,
     lend: wgpu::BindGroup,
-    meshes: wgpu::RenderPipeline,
     /// One a map.
     bound: Vec<wgpu::BindGroup>,
 }
@@ -46,10 +49,10 @@ impl Lending {
         let stage = LendVertices::new(device);
         let Lists { sorted_keys, sorted, drawn, .. } = casters;
         let borrow = stage.bind(device, &f.config, &c.tables.bucket_counts, sorted_keys, sorted, drawn, &lent);
-        Self { stage, lent, borrow, fitted: None }
+        Self { stage, lent, borrow, meshes: None, is_lending: false, fitted: None }
     }
 
-    /// Binds what `lender` has, unless it is bound; `configs`: one a map, the frame as the sun sees it.
+    /// Binds what `lender` has, unless it is bound; `None`: nobody lends in this frame. `configs`: one a map, the frame as the sun sees it.
     pub(crate) fn fit<'a>(
         &mut self,
         device: &wgpu::Device,
@@ -59,10 +62,8 @@ impl Lending {
         configs: impl Iterator<Item = &'a wgpu::Buffer>,
         lender: Option<Lender<'_>>,
     ) {
-        let Some(Lender { skinned, lists }) = lender else {
-            self.fitted = None;
-            return;
-        };
+        self.is_lending = lender.is_some();
+        let Some(Lender { skinned, lists }) = lender else { return };
         if self.fitted.as_ref().is_some_and(|fitted| fitted.skinned == *skinned) {
             return;
         }
@@ -72,34 +73,46 @@ impl Lending {
             let frame = FrameBuffers { config: config.clone(), ..f.clone() };
             draw.bind_skinned(c, &frame, &f.choices, skinned)
         };
-        let inputs = &BucketDraws::MORPHING_INPUTS;
+        self.meshes.get_or_insert_with(|| {
+            let inputs = &BucketDraws::MORPHING_INPUTS;
+            match c.has_cutouts {
+                true => draw.caster_pipeline("borrowed_masked", Some("mask"), inputs, caster_bias()),
+                false => draw.caster_pipeline("borrowed_caster", None, inputs, caster_bias()),
+            }
+        });
         self.fitted = Some(Fitted {
             skinned: skinned.clone(),
             lend: self.stage.bind(device, &f.config, counts, sorted_keys, sorted, drawn, &self.lent),
-            meshes: match c.has_cutouts {
-                true => draw.caster_pipeline("borrowed_masked", Some("mask"), inputs, caster_bias()),
-                false => draw.caster_pipeline("borrowed_caster", None, inputs, caster_bias()),
-            },
             bound: configs.map(of_map).collect(),
         });
     }
 
+    /// Lets go of the buffers of who lent last: they are going.
+    pub(crate) fn forget(&mut self) {
+        (self.is_lending, self.fitted) = (false, None);
+    }
+
+    /// What is bound, where somebody lends in this frame.
+    fn lending(&self) -> Option<&Fitted> {
+        self.fitted.as_ref().filter(|_| self.is_lending)
+    }
+
     /// After the crowd's own stages.
     pub(crate) fn record_lend(&self, recorder: &mut StageRecorder<'_>, count: u32) {
-        if let Some(fitted) = &self.fitted {
+        if let Some(fitted) = self.lending() {
             recorder.stage("lend_vertices", |pass| self.stage.record_lend(pass, &fitted.lend, count));
         }
     }
 
     /// After what vertices need to know of a map's casters.
     pub(crate) fn record_borrow(&self, recorder: &mut StageRecorder<'_>, count: u32) {
-        if self.fitted.is_some() {
+        if self.lending().is_some() {
             recorder.stage("lend_vertices", |pass| self.stage.record_borrow(pass, &self.borrow, count));
         }
     }
 
     /// Pipeline and bind group of that map, where somebody lends.
     pub(crate) fn draws_with(&self, map: usize) -> Option<(&wgpu::RenderPipeline, &wgpu::BindGroup)> {
-        self.fitted.as_ref().map(|fitted| (&fitted.meshes, &fitted.bound[map]))
+        self.meshes.as_ref().zip(self.lending()).map(|(meshes, fitted)| (meshes, &fitted.bound[map]))
     }
 }

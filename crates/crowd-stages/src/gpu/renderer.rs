@@ -207,8 +207,8 @@ impl CrowdRenderer {
         })
     }
 
-    /// Sets a technique up, unless it is: its buffers and pipelines. [`Self::encode`] does so itself; beforehand it shows
-    /// early what does not fit.
+    /// Sets a technique up, unless it is: its buffers and stages. [`Self::encode`] does so itself; beforehand it shows
+    /// early what does not fit. What draws is compiled by the first frame without shadows and by the first with them.
     ///
     /// # Errors
     /// [`Error::Limit`] when one of its buffers is larger than the device allows (see [`RendererOptions::clamped_to`]),
@@ -469,7 +469,8 @@ impl CrowdRenderer {
             let shadow = fit_cascades(&config, &draw_config, &self.bounds, options.shadows);
             let has_choices = matches!(options.technique, Technique::Reform | Technique::Bucketed);
             let (crowd, scenery) = (&self.crowd, self.scenery.as_ref());
-            shadows.record(device, queue, &mut recorder, crowd, scenery, &config, &shadow, has_choices);
+            let feed = self.feed.as_ref();
+            shadows.record(device, queue, &mut recorder, crowd, scenery, feed, &config, &shadow, has_choices);
         }
         let light = shadows.map_or(&self.unshaded, |shadows| &shadows.light).bound();
         let parts: &[Part] = if context.occlusion.is_some() { &[Part::First, Part::Last] } else { &[Part::Only] };
@@ -603,7 +604,7 @@ impl CrowdRenderer {
             painter.forget_skinning();
             self.memory.skinning = 0;
             if let Some(shadows) = shadows {
-                shadows.fit_lending(device, crowd, frame, draw, None);
+                shadows.forget_lender();
             }
         }
         way

@@ -6,6 +6,7 @@ use super::allocate::texture_or_error;
 use super::bucket_draws::BucketDraws;
 use super::draw_crowd::{DEPTH, DrawCrowd};
 use super::draw_scenery::DrawScenery;
+use super::feed::BoundFeed;
 use super::kernel::{Use, buffer_entry};
 use super::lending::{Lender, Lending};
 use super::renderer::RendererOptions;
@@ -199,7 +200,13 @@ impl Shadows {
         self.lending.fit(device, c, f, draw, configs, lender);
     }
 
-    /// Draws the maps. `has_choices`: the levels that the camera sees are in the frame's buffers.
+    /// Lets go of buffers of who lent vertices, for those are going.
+    pub(crate) fn forget_lender(&mut self) {
+        self.lending.forget();
+    }
+
+    /// Draws the maps. `feed`: of a simulator, whose count the GPU alone knows. `has_choices`: the levels that the camera sees are in the
+    /// frame's buffers.
     pub(crate) fn record(
         &self,
         device: &wgpu::Device,
@@ -207,11 +214,16 @@ impl Shadows {
         recorder: &mut StageRecorder<'_>,
         crowd: &CrowdBuffers,
         scenery: Option<&DrawScenery>,
+        feed: Option<&BoundFeed>,
         config: &FrameConfig,
         shadow: &ShadowConfig,
         has_choices: bool,
     ) {
         queue.write_buffer(&self.light.config, 0, bytemuck::bytes_of(shadow));
+        if let Some(feed) = feed {
+            // The lists of all maps go by the first one's. Casters beyond the count are left from an earlier frame.
+            feed.record_count(recorder.encoder, &self.cascades[0].config);
+        }
         recorder.group = Some(SHADOWS);
         self.lending.record_lend(recorder, config.instance_count);
         let cascades = self.cascades.iter().zip(&shadow.cascades).take(shadow.cascade_count as usize);

@@ -49,6 +49,9 @@ impl CrowdRenderer {
     pub fn make_room(&mut self, max_vertices: u32, max_triangles: u32) {
         self.options = RendererOptions { max_vertices, max_triangles, ..self.options };
         self.painters = Default::default();
+        if let Some(shadows) = &mut self.shadows {
+            shadows.forget_lender();
+        }
         self.holds_frame = Default::default();
         (self.memory.techniques, self.memory.skinning, self.memory.floor) = (0, 0, 0);
     }

@@ -45,7 +45,7 @@ impl CrowdRenderer {
         let context = self.context(&config, options, skinning);
         let mut recorder = StageRecorder::new(encoder, None);
         if let Some(feed) = &self.feed {
-            feed.record_count(recorder.encoder, &self.frame);
+            feed.record_count(recorder.encoder, &self.frame.config);
         }
         painter.record_frozen(&mut recorder, &context);
         let mut pass = self.draw.begin(recorder.encoder, color, None, Part::Only, self.unshaded.bound(), false);
