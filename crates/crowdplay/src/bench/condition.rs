@@ -158,6 +158,12 @@ impl Condition {
         [Some(self.variant), self.than].into_iter().flatten()
     }
 
+    /// Whether it is about what only `--pops` measures.
+    pub fn needs_pops(&self) -> bool {
+        use Quantity::{LevelSteps, LevelStepsBeyondNext, Pop, PopEnergy, PopPx};
+        matches!(self.quantity, Pop | PopPx | PopEnergy | LevelSteps | LevelStepsBeyondNext)
+    }
+
     /// Whose least budget for which other's image has to be found.
     pub fn equal_image(&self) -> Option<(Variant, Variant)> {
         let than = self.than.filter(|_| self.quantity == Quantity::TrianglesAtEqualImage)?;

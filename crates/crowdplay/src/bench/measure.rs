@@ -163,7 +163,8 @@ fn measure_count(
             let index = (first + turn) % contenders.len();
             let contender = &mut contenders[index];
             let options = contender.variant.options(plan.detail.draw);
-            let config = FrameConfig { water_before_bits: contender.water_bits, ..contender.variant.config(config) };
+            let asked_for = contender.variant.config(config);
+            let config = after_water(asked_for, contender.water_bits);
             if asked.words.ab.iter().any(|variant| variant.fades) {
                 backend.set_instances(&shown(&crowd, contender.variant))?;
             }
@@ -182,7 +183,7 @@ fn measure_count(
                 ));
                 contender.overflow |= totals.overflow;
             }
-            if config.slack > 0 && options.technique.has_budget() {
+            if asked_for.slack > 0 && options.technique.has_budget() {
                 contender.water_bits = backend.water_bits()?;
             }
             contender.last = totals;
@@ -282,6 +283,13 @@ fn measure_count(
     let base = rows[0].frame_ms.median;
     rows.iter_mut().for_each(|row| row.frame_ratio = row.frame_ms.median / base);
     Ok(rows)
+}
+
+/// The frame after one of the same contender in which the water stood so high. Its first one has none before it and may not recall that of
+/// whoever was drawn last.
+fn after_water(config: FrameConfig, water_before_bits: u32) -> FrameConfig {
+    let slack = if water_before_bits == 0 { 0 } else { config.slack };
+    FrameConfig { water_before_bits, slack, ..config }
 }
 
 /// The least budget up to `most` whose picture is at most `wanted` from full detail, to a hundredth; `None` where not even `most` is. More
@@ -402,6 +410,16 @@ fn difference(drawn: &Picture, full_detail: &Picture, empty: &Picture) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn who_has_drawn_nothing_yet_looks_for_the_waters_height() {
+        let config = FrameConfig { slack: 900, ..FrameConfig::default() };
+        let of = |water_bits| {
+            let FrameConfig { slack, water_before_bits, .. } = after_water(config, water_bits);
+            (slack, water_before_bits)
+        };
+        assert_eq!((of(0), of(0x4000_0000)), ((0, 0), (900, 0x4000_0000)));
+    }
 
     #[test]
     fn the_least_budget_is_found_to_a_hundredth() {

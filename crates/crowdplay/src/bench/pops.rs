@@ -217,13 +217,14 @@ pub fn measure_pops(
         return Ok(None);
     }
     let mut pops = Pops::new();
-    let first = config_of(0);
+    // What was drawn before it is somebody else's: the height of its water is searched for.
+    let first = FrameConfig { slack: 0, ..config_of(0) };
     if crowd.advance(first.time_s) {
         backend.set_instances(&crowd.instances)?;
     }
     crowd.play(first.time_s);
     backend.draw(&first, options)?;
-    // As on the GPU, every frame knows how high the water was in the one before.
+    // As on the GPU, every frame but the first knows how high the water was in the one before.
     let mut water_before_bits = 0;
     let mut select = |crowd: &Crowd, config: &FrameConfig| {
         let frame = levels.select(crowd, &FrameConfig { water_before_bits, ..*config }, options);

@@ -187,6 +187,9 @@ fn decide(args: &Args, mut words: BenchWords, typed: String) -> Result<Asked> {
     {
         return Err(refused("--assert", condition.to_string(), "a technique with a budget before the slash"));
     }
+    if let Some(condition) = words.assert.iter().find(|c| c.needs_pops() && !words.pops) {
+        return Err(refused("--assert", format!("{condition} without --pops"), "it with --pops, which measures that"));
+    }
     let outputs: Vec<(&'static str, &PathBuf)> =
         words.outputs().into_iter().filter_map(|(option, path)| Some((option, path?))).collect();
     for (i, (option, path)) in outputs.iter().enumerate() {
@@ -260,6 +263,12 @@ mod tests {
     }
 
     #[test]
+    fn conditions_on_pops_are_taken_where_those_are_measured() {
+        let words = ["p", "--ab", "b3", "--pops", "--assert", "level_steps_beyond_next:b3 < 0.1"];
+        assert!(parsed(&words).unwrap().is_ok());
+    }
+
+    #[test]
     fn what_makes_no_sense_is_refused() {
         let usage: &[&[&str]] = &[
             &["p"],
@@ -281,6 +290,8 @@ mod tests {
             &["p", "--ab", "b0,b0"],
             &["p", "--ab", "b0", "--assert", "b3/b0 < 1"],
             &["p", "--ab", "b2,bucketed", "--assert", "triangles_at_equal_image:b2/bucketed < 1"],
+            &["p", "--ab", "b3", "--assert", "pop_energy:b3 < 1"],
+            &["p", "--ab", "b3", "--assert", "most_level_steps:b3 < 9"],
             &["p", "--ab", "b0", "--csv", "-", "--json", "-"],
             &["p", "--ab", "b0", "--csv", "p"],
         ];
