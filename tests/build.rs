@@ -1,6 +1,6 @@
 //! Three switches for the tests of this package, so that a test that cannot run shows as ignored, with its reason:
 //! `crowd_assets` where real characters are at hand, `crowd_no_gpu` where the run opted out of GPU tests aloud,
-//! `crowd_no_display` where there is no Xvfb to open a window in.
+//! `crowd_no_display` where the run opted out of windows aloud or there is no Xvfb to open one in.
 
 use std::path::Path;
 
@@ -18,10 +18,14 @@ fn main() {
         println!("cargo::rustc-cfg=crowd_assets");
     }
     println!("cargo::rustc-check-cfg=cfg(crowd_no_display)");
+    println!("cargo::rerun-if-env-changed=CROWD_NO_DISPLAY");
     println!("cargo::rerun-if-env-changed=PATH");
     let path = std::env::var_os("PATH").unwrap_or_default();
-    if !std::env::split_paths(&path).any(|folder| folder.join("Xvfb").is_file()) {
-        println!("cargo::rustc-cfg=crowd_no_display");
+    let server = std::env::split_paths(&path).map(|folder| folder.join("Xvfb")).find(|file| file.is_file());
+    match server.filter(|_| std::env::var_os("CROWD_NO_DISPLAY").is_none_or(|v| v != "1")) {
+        // An Xvfb that goes is noticed by its file; one that comes, by the switch, which tests/run.sh sets as long as there is none.
+        Some(file) => println!("cargo::rerun-if-changed={}", file.display()),
+        None => println!("cargo::rustc-cfg=crowd_no_display"),
     }
     if std::env::var_os("CROWD_NO_GPU").is_some_and(|v| v == "1") {
         println!("cargo::rustc-cfg=crowd_no_gpu");

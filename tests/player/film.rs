@@ -3,9 +3,9 @@
 #![cfg(unix)]
 
 use crate::{Scene, crowdplay, player};
-use std::io::Read;
 use std::os::unix::fs::PermissionsExt;
-use std::process::{Command, Stdio};
+use std::process::Command;
+use std::time::{Duration, Instant};
 
 const FRAMES: [&str; 9] = ["--headless", "--count", "9", "--size", "65x35", "--backend", "cpu", "--frames", "3"];
 
@@ -84,23 +84,28 @@ fn an_ffmpeg_that_dies_is_quoted_and_the_old_film_stays() {
 #[test]
 fn a_killed_run_leaves_no_half_film_under_its_name() {
     let scene = Scene::new();
-    stand_in(&scene, "echo began > bin/began; cat > \"$last\"");
-    let mut run = filming(&scene, "a.mp4", &["--dt", "0.01"])
-        .args(["--quiet"])
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
-    for _ in 0..600 {
-        if std::fs::read(scene.file("bin/began")).is_ok_and(|words| !words.is_empty()) {
-            break;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
+    // It does not end before it is let go, so that the run cannot have ended either.
+    std::fs::create_dir_all(scene.file("bin")).expect("a temporary folder can be written to");
+    std::fs::write(scene.file("bin/hold"), "").expect("the folder is there");
+    let held = "cat > \"$last\"; while [ -e bin/hold ]; do sleep 0.05; done; rm bin/began";
+    stand_in(&scene, &format!("echo began > bin/began; {held}"));
+    let mut run = filming(&scene, "a.mp4", &["--dt", "0.01"]).args(["--quiet"]).spawn().expect("the program starts");
+    let began = || std::fs::read(scene.file("bin/began")).is_ok_and(|words| !words.is_empty());
+    wait_for(began);
     run.kill().expect("the child is ours");
     let was_killed = run.wait().expect("the child is ours").code().is_none();
-    // Its ffmpeg ends with it: it has the same standard error, which now comes to its end.
-    let _ = run.stderr.take().expect("it was piped").read_to_end(&mut Vec::new());
-    assert_eq!(scene.file("a.mp4").exists(), !was_killed);
+    assert!(was_killed && !scene.file("a.mp4").exists());
+    // What it began ends before its folder goes.
+    std::fs::remove_file(scene.file("bin/hold")).expect("the file is ours");
+    wait_for(|| !began());
+}
+
+fn wait_for(happened: impl Fn() -> bool) {
+    let since = Instant::now();
+    while !happened() {
+        assert!(since.elapsed() < Duration::from_secs(60), "it takes too long");
+        std::thread::sleep(Duration::from_millis(20));
+    }
 }
 
 #[test]

@@ -2,9 +2,13 @@
 
 use crate::{Scene, player};
 use image::RgbImage;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Stdio};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{AtomEnum, ClientMessageEvent, ConnectionExt, EventMask, ImageFormat, Window};
+use x11rb::rust_connection::RustConnection;
 
 /// Most that a run of a few frames may take.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -26,21 +30,88 @@ impl Display {
         let mut number = String::new();
         let said = server.stdout.take().expect("it was piped");
         BufReader::new(said).read_line(&mut number).expect("Xvfb says its number");
-        Self { server, name: format!(":{}", number.trim()) }
+        let number = number.trim();
+        assert!(number.parse::<u32>().is_ok(), "Xvfb does not start, and says {number:?}: see what `Xvfb :9` says");
+        Self { server, name: format!(":{number}") }
     }
 
-    /// The player in a window on it.
-    fn start(&self, scene: &Scene, words: &[&str]) -> Child {
+    /// The player in a window on it, a point a pixel.
+    fn start(&self, scene: &Scene, words: &[&str]) -> Player {
         let mut command = player();
         command.env("DISPLAY", &self.name).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         command.env("XDG_RUNTIME_DIR", scene.folder()).current_dir(scene.folder());
-        command.arg(scene.pack()).args(words).stderr(Stdio::piped()).spawn().expect("the program starts")
+        command.env("WINIT_X11_SCALE_FACTOR", "1").arg(scene.pack()).args(words);
+        Player::new(command)
     }
 
     /// Runs it to its end; it must succeed.
     fn show(&self, scene: &Scene, words: &[&str]) {
-        let (code, talk) = ended(self.start(scene, words));
+        let (code, talk) = self.start(scene, words).end();
         assert_eq!(code, Some(0), "{words:?}: {talk}");
+    }
+
+    /// Waits until that player's picture is on the screen, and finds its window.
+    fn window_drawn(&self, player: &mut Player) -> (RustConnection, Window) {
+        let (server, screen) = x11rb::connect(Some(&self.name)).expect("the server is ours");
+        let root = server.setup().roots[screen].root;
+        let since = Instant::now();
+        loop {
+            assert!(player.is_running() && since.elapsed() < PATIENCE, "it shows nothing");
+            std::thread::sleep(Duration::from_millis(50));
+            let tree = server.query_tree(root).expect("sent").reply().expect("there is a root");
+            let shown = tree.children.into_iter().find(|window| shows_a_picture(&server, *window).unwrap_or(false));
+            if let Some(window) = shown {
+                return (server, window);
+            }
+        }
+    }
+}
+
+/// Whether it is a window of the player's with more than a colour or two in it. Windows come and go: not all can be asked.
+fn shows_a_picture(server: &RustConnection, window: Window) -> Option<bool> {
+    let name = server.get_property(false, window, AtomEnum::WM_NAME, AtomEnum::ANY, 0, 64).ok()?.reply().ok()?;
+    let size = server.get_geometry(window).ok()?.reply().ok()?;
+    let image =
+        server.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, size.width, size.height, !0).ok()?.reply().ok()?;
+    let colours: std::collections::BTreeSet<&[u8]> = image.data.chunks_exact(4).collect();
+    Some(name.value.starts_with(b"crowdplay") && colours.len() > 2)
+}
+
+/// A running player, listened to.
+struct Player {
+    child: Child,
+    talk: JoinHandle<Vec<u8>>,
+}
+
+impl Player {
+    fn new(mut command: Command) -> Self {
+        let mut child = command.stderr(Stdio::piped()).spawn().expect("the program starts");
+        let mut said = child.stderr.take().expect("it was piped");
+        let talk = std::thread::spawn(move || {
+            let mut talk = Vec::new();
+            // What came before a failure is worth having.
+            let _ = said.read_to_end(&mut talk);
+            talk
+        });
+        Self { child, talk }
+    }
+
+    fn is_running(&mut self) -> bool {
+        self.child.try_wait().expect("the child is ours").is_none()
+    }
+
+    /// Exit code and talk, in good time.
+    fn end(mut self) -> (Option<i32>, String) {
+        let since = Instant::now();
+        while self.is_running() {
+            if since.elapsed() > PATIENCE {
+                self.child.kill().expect("the child is ours");
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let code = self.child.wait().expect("the child is ours").code();
+        let talk = self.talk.join().expect("it only reads");
+        (code, String::from_utf8_lossy(&talk).into_owned())
     }
 }
 
@@ -50,19 +121,6 @@ impl Drop for Display {
         let _ = self.server.kill();
         let _ = self.server.wait();
     }
-}
-
-/// Exit code and talk, in good time.
-fn ended(mut run: Child) -> (Option<i32>, String) {
-    let since = Instant::now();
-    while run.try_wait().expect("the child is ours").is_none() {
-        if since.elapsed() > PATIENCE {
-            run.kill().expect("the child is ours");
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    let done = run.wait_with_output().expect("the child is ours");
-    (done.status.code(), String::from_utf8_lossy(&done.stderr).into_owned())
 }
 
 fn read(scene: &Scene, name: &str) -> RgbImage {
@@ -84,20 +142,21 @@ fn differing(a: &RgbImage, b: &RgbImage, columns: std::ops::Range<u32>) -> f64 {
 fn a_window_shows_the_picture_that_headless_draws_and_the_overlay_over_it() {
     let (display, scene) = (Display::new(), Scene::new());
     let crowd = ["--count", "30", "--size", "700x500", "--msaa", "1", "--frames", "3"];
-    scene.render(
-        &[&crowd[..], &["--backend", "gpu", "--dt", "0", "--start", "2", "--out", &scene.path("plain.png")]].concat(),
-    );
     let still = [&crowd[..], &["--start", "2", "--time-scale", "0"]].concat();
     display.show(&scene, &[&still[..], &["--no-overlay", "--screenshot", "bare.png"]].concat());
     display.show(&scene, &[&still[..], &["--screenshot", "whole.png", "--report", "whole.json"]].concat());
+    let report = std::fs::read(scene.file("whole.json")).expect("the report is there");
+    let report: serde_json::Value = serde_json::from_slice(&report).expect("it is JSON");
+    // The best adapter need not be one that can draw to this display.
+    let adapter = report["adapter"]["name"].as_str().expect("it names the adapter");
+    let alike = ["--backend", "gpu", "--adapter", adapter, "--dt", "0", "--start", "2"];
+    scene.render(&[&crowd[..], &alike, &["--out", &scene.path("plain.png")]].concat());
     let [plain, bare, whole] = ["plain.png", "bare.png", "whole.png"].map(|name| read(&scene, name));
     assert_eq!([bare.dimensions(), whole.dimensions()], [(700, 500); 2]);
     assert!(differing(&plain, &bare, 0..700) < 0.002, "{}", differing(&plain, &bare, 0..700));
     // Numbers and controls on the left, times on the right, the crowd between them.
     assert!(differing(&bare, &whole, 10..320) > 0.9 && differing(&bare, &whole, 560..690) > 0.3);
     assert!(differing(&bare, &whole, 370..460) < 0.002);
-    let report = std::fs::read(scene.file("whole.json")).expect("the report is there");
-    let report: serde_json::Value = serde_json::from_slice(&report).expect("it is JSON");
     assert_eq!((report["frames"].as_array().map(Vec::len), &report["size"][0]), (Some(3), &700.into()));
     assert_eq!(report["frames"][2]["time_s"], 2.0);
 }
@@ -130,17 +189,38 @@ fn every_technique_and_switch_is_shown() {
 fn a_display_that_goes_away_ends_the_program() {
     let (mut display, scene) = (Display::new(), Scene::new());
     let mut run = display.start(&scene, &["--count", "4", "--size", "64x48"]);
-    let mut talk = BufReader::new(run.stderr.take().expect("it was piped"));
-    let mut line = String::new();
-    while !line.contains("adapter:") {
-        line.clear();
-        assert!(talk.read_line(&mut line).expect("it talks") > 0, "it ended before it opened a GPU");
-    }
-    std::thread::sleep(Duration::from_millis(500));
+    display.window_drawn(&mut run);
     display.server.kill().expect("the child is ours");
-    let (code, _) = ended(run);
-    let rest = talk.lines().map_while(std::result::Result::ok).collect::<Vec<_>>().join("\n");
-    assert!(code.is_some_and(|code| code != 0) && !rest.contains("panicked"), "{code:?}: {rest}");
+    let (code, talk) = run.end();
+    assert!(code.is_some_and(|code| code != 0) && !talk.contains("panicked"), "{code:?}: {talk}");
+}
+
+#[cfg_attr(any(crowd_no_gpu, crowd_no_display), ignore = "needs an adapter and Xvfb")]
+#[test]
+fn a_window_that_is_closed_early_is_pictured_and_one_that_is_taken_away_is_not() {
+    let (display, scene) = (Display::new(), Scene::new());
+    let words = ["--count", "4", "--size", "64x48", "--frames", "1000000", "--screenshot"];
+    let mut run = display.start(&scene, &[&words[..], &["closed.png"]].concat());
+    let (server, window) = display.window_drawn(&mut run);
+    ask_to_close(&server, window);
+    let (code, talk) = run.end();
+    assert!(code == Some(0) && talk.contains("closed after frame"), "{code:?}: {talk}");
+    assert_eq!(read(&scene, "closed.png").dimensions(), (64, 48));
+
+    let mut run = display.start(&scene, &[&words[..], &["gone.png"]].concat());
+    let (server, window) = display.window_drawn(&mut run);
+    server.destroy_window(window).expect("sent").check().expect("the window is there");
+    let (code, talk) = run.end();
+    assert!(code == Some(3) && talk.contains("gone.png") && !talk.contains("panicked"), "{code:?}: {talk}");
+    assert!(!scene.file("gone.png").exists());
+}
+
+/// As a click on the window's cross does.
+fn ask_to_close(server: &RustConnection, window: Window) {
+    let [protocols, close] = ["WM_PROTOCOLS", "WM_DELETE_WINDOW"]
+        .map(|name| server.intern_atom(false, name.as_bytes()).expect("sent").reply().expect("it has a number").atom);
+    let event = ClientMessageEvent::new(32, window, protocols, [close, x11rb::CURRENT_TIME, 0, 0, 0]);
+    server.send_event(false, window, EventMask::NO_EVENT, event).expect("sent").check().expect("the window is there");
 }
 
 #[test]

@@ -173,7 +173,7 @@ pub struct WindowPlan {
     pub time_scale: f32,
     /// Numbers and controls are shown.
     pub overlay: bool,
-    /// Picture of the window at its last frame.
+    /// Picture of the window at its last frame, or when it is closed before.
     pub screenshot: Option<PathBuf>,
 }
 

@@ -17,6 +17,8 @@ pub struct Screen {
     pub egui_state: egui_winit::State,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
+    /// Not while the window is being taken away.
+    is_configured: bool,
     /// Format the scene is drawn in: sRGB.
     scene_format: wgpu::TextureFormat,
     egui_renderer: egui_wgpu::Renderer,
@@ -44,14 +46,17 @@ impl Screen {
             alpha_mode: wgpu::CompositeAlphaMode::Auto,
             view_formats: if scene_format == format { vec![] } else { vec![scene_format] },
         };
-        surface.configure(&gpu.device, &config);
+        configure(&surface, &gpu.device, &config).map_err(|e| Error::Machine {
+            what: format!("the window cannot be drawn to: {e}"),
+            remedy: "use --headless --out picture.png to draw without a window",
+        })?;
         let egui = egui::Context::default();
         egui.set_theme(egui::Theme::Dark);
         let largest = gpu.device.limits().max_texture_dimension_2d as usize;
         let egui_state =
             egui_winit::State::new(egui.clone(), egui::ViewportId::ROOT, &*window, None, None, Some(largest));
         let egui_renderer = egui_wgpu::Renderer::new(&gpu.device, format, egui_wgpu::RendererOptions::default());
-        Ok(Self { window, egui, egui_state, surface, config, scene_format, egui_renderer })
+        Ok(Self { window, egui, egui_state, surface, config, is_configured: true, scene_format, egui_renderer })
     }
 
     /// Pixels.
@@ -70,7 +75,24 @@ impl Screen {
         let [width, height] = size.map(|side| side.clamp(1, largest));
         if [width, height] != self.size() {
             (self.config.width, self.config.height) = (width, height);
-            self.surface.configure(device, &self.config);
+            self.is_configured = configure(&self.surface, device, &self.config).is_ok();
+        }
+    }
+
+    /// What the next frame is drawn on, where there is anything.
+    fn next_texture(&mut self, device: &wgpu::Device) -> Option<wgpu::SurfaceTexture> {
+        if !self.is_configured {
+            self.is_configured = configure(&self.surface, device, &self.config).is_ok();
+            return None;
+        }
+        match self.surface.get_current_texture() {
+            wgpu::CurrentSurfaceTexture::Success(frame) | wgpu::CurrentSurfaceTexture::Suboptimal(frame) => Some(frame),
+            wgpu::CurrentSurfaceTexture::Outdated | wgpu::CurrentSurfaceTexture::Lost => {
+                self.is_configured = configure(&self.surface, device, &self.config).is_ok();
+                None
+            }
+            // Too late, hidden, or refused: the next frame tries again.
+            _ => None,
         }
     }
 
@@ -87,15 +109,7 @@ impl Screen {
         output: egui::FullOutput,
         scene: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::TextureView) -> Result<()>,
     ) -> Result<bool> {
-        let frame = match self.surface.get_current_texture() {
-            wgpu::CurrentSurfaceTexture::Success(frame) | wgpu::CurrentSurfaceTexture::Suboptimal(frame) => Some(frame),
-            wgpu::CurrentSurfaceTexture::Outdated | wgpu::CurrentSurfaceTexture::Lost => {
-                self.surface.configure(&gpu.device, &self.config);
-                None
-            }
-            // Too late, hidden, or refused: the next frame tries again.
-            _ => None,
-        };
+        let frame = self.next_texture(&gpu.device);
         self.paint(gpu, output, frame.as_ref().map(|frame| &frame.texture), scene)?;
         let Some(frame) = frame else { return Ok(false) };
         self.window.pre_present_notify();
@@ -162,6 +176,17 @@ impl Screen {
         }
         Ok(())
     }
+}
+
+/// An error where wgpu would panic: a surface is refused whose window is gone while nobody has heard of its end yet.
+fn configure(
+    surface: &wgpu::Surface<'_>,
+    device: &wgpu::Device,
+    config: &wgpu::SurfaceConfiguration,
+) -> std::result::Result<(), wgpu::Error> {
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    surface.configure(device, config);
+    pollster::block_on(scope.pop()).map_or(Ok(()), Err)
 }
 
 /// Format of the surface and of the scene's view of it: egui wants its colours written as they are, the scene wants

@@ -12,6 +12,7 @@ use crate::stats::Report;
 use crate::view::Viewer;
 use crate::{Error, Result, Talk};
 use running::Running;
+use std::path::Path;
 use std::sync::Arc;
 use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
@@ -23,7 +24,8 @@ const REMEDY: &str = "use --headless --out picture.png to draw without a window"
 /// Opens the window and runs until it is closed, or for as many frames as the plan says.
 ///
 /// # Errors
-/// [`Error::Machine`] without a display, or without a GPU that can draw to it.
+/// [`Error::Machine`] without a display, or without a GPU that can draw to it; [`Error::Output`] when a picture of the
+/// window is wanted and the window was taken away before it could be made.
 pub fn show(plan: &Plan, shown: &WindowPlan, crowd: Crowd, talk: &mut Talk<'_>) -> Result<Report> {
     let viewer = Viewer::open(&plan.camera, &crowd)?;
     let no_window = |e: winit::error::EventLoopError| {
@@ -34,7 +36,8 @@ pub fn show(plan: &Plan, shown: &WindowPlan, crowd: Crowd, talk: &mut Talk<'_>) 
     };
     let event_loop = EventLoop::new().map_err(no_window)?;
     event_loop.set_control_flow(ControlFlow::Poll);
-    let mut app = App { plan, shown, crowd, viewer, talk, running: None, failure: None };
+    let screenshot = shown.screenshot.as_deref();
+    let mut app = App { plan, shown, crowd, viewer, talk, running: None, screenshot, failure: None };
     event_loop.run_app(&mut app).map_err(no_window)?;
     if let Some(error) = app.failure {
         return Err(error);
@@ -44,6 +47,10 @@ pub fn show(plan: &Plan, shown: &WindowPlan, crowd: Crowd, talk: &mut Talk<'_>) 
         remedy: REMEDY,
     })?;
     write_recording(plan, running.recording.as_ref())?;
+    if let Some(file) = app.screenshot {
+        let what = format!("the window was taken away after frame {}, before its picture", running.frame_count);
+        return Err(Error::Output { path: file.to_owned(), source: std::io::Error::other(what) });
+    }
     Ok(running.into_report(plan, &app.crowd))
 }
 
@@ -70,6 +77,8 @@ struct App<'a, 'talk> {
     viewer: Viewer,
     talk: &'a mut Talk<'talk>,
     running: Option<Running>,
+    /// Where the picture of the window goes, until it is written.
+    screenshot: Option<&'a Path>,
     failure: Option<Error>,
 }
 
@@ -105,9 +114,9 @@ impl ApplicationHandler for App<'_, '_> {
         if event == WindowEvent::RedrawRequested && !event_loop.exiting() {
             let drawn = running.redraw(&mut self.crowd, &self.viewer, self.talk);
             let is_last = self.shown.frames.is_some_and(|frames| running.frame_count >= frames);
-            let kept = drawn.and_then(|()| match &self.shown.screenshot {
-                Some(file) if is_last => running.save_window(&self.crowd, file, self.talk),
-                _ => Ok(()),
+            let kept = drawn.and_then(|()| match self.screenshot.take_if(|_| is_last) {
+                Some(file) => running.save_window(&self.crowd, file, self.talk),
+                None => Ok(()),
             });
             if let Err(error) = kept {
                 self.failure = Some(error);
@@ -133,5 +142,13 @@ impl ApplicationHandler for App<'_, '_> {
             running.screen.egui_state.on_window_event(&running.screen.window, &event).consumed
         };
         running.handle(&event, taken, event_loop);
+        // Closed by a person before its last frame: the picture is of the last that there was.
+        if event_loop.exiting()
+            && running.frame_count > 0
+            && let Some(file) = self.screenshot.take()
+        {
+            self.talk.say(&format!("closed after frame {} of --frames", running.frame_count));
+            self.failure = running.save_window(&self.crowd, file, self.talk).err();
+        }
     }
 }

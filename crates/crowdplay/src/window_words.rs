@@ -14,7 +14,7 @@ pub struct WindowWords {
     #[arg(long, conflicts_with = "headless", help_heading = "Window")]
     pub no_overlay: bool,
 
-    /// PNG of the window at the last of --frames, numbers and controls and all
+    /// PNG of the window at the last of --frames, or when it is closed before, numbers and controls and all
     #[arg(long, value_name = "PNG", value_hint = ValueHint::FilePath, requires = "frames", conflicts_with = "headless", help_heading = "Window")]
     pub screenshot: Option<PathBuf>,
 }
