@@ -30,7 +30,7 @@ compare assets="../shared/assets":
 
 # Write docs/benchmarks/levels-more.md again: the same for eleven more characters, which few decisions looked at
 compare-more assets="../shared/assets":
-    cargo run --release -p crowdbake -- compare {{assets}}/kaykit-adventurers/Barbarian.glb {{assets}}/kaykit-adventurers/Rogue.glb {{assets}}/kaykit-adventurers/Rogue_Hooded.glb {{assets}}/kaykit-skeleton-minion/skeleton_minion.glb {{assets}}/quaternius-mech-leela/Leela.glb {{assets}}/quaternius-modular-witch/Witch.gltf {{assets}}/quaternius-robot/robot.glb {{assets}}/quaternius-ultimate-characters/Knight_Male.gltf {{assets}}/quaternius-ultimate-characters/Wizard.gltf {{assets}}/quaternius-animals/Horse.glb {{assets}}/quaternius-animals/Wolf.glb -o docs/benchmarks/levels-more.md
+    cargo run --release -p crowdbake -- compare {{assets}}/kaykit-adventurers/Barbarian.glb {{assets}}/kaykit-adventurers/Rogue.glb {{assets}}/kaykit-adventurers/Rogue_Hooded.glb {{assets}}/kaykit-skeleton-minion/skeleton_minion.glb {{assets}}/quaternius-mech-leela/Leela.glb {{assets}}/quaternius-modular-witch/Witch.gltf {{assets}}/quaternius-robot/robot.glb {{assets}}/quaternius-ultimate-characters/Knight_Male.gltf {{assets}}/quaternius-ultimate-characters/Wizard.gltf {{assets}}/quaternius-animals/Horse.glb {{assets}}/quaternius-animals/Wolf.glb --ours wedge,refit -o docs/benchmarks/levels-more.md
 
 # Write docs/benchmarks/crowd.md again: the ways to draw a crowd, side by side, the same triangles without morphs (bake the cast first; two minutes on software Vulkan; exit code 4 while bars are missed)
 bench-crowd:
