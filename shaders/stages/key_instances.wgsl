@@ -56,21 +56,12 @@ fn key_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
         morphs[i] = MorphRecord(0u, 1.0);
         return;
     }
-    var low = 0u;
-    var high = levels.level_count;
-    while low + 1u < high {
-        let middle = (low + high) / 2u;
-        if buckets[bucket_of_level(levels, middle)].vertex_count <= count {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let key = bucket_of_level(levels, low);
+    let level = level_of(levels, count);
+    let key = bucket_of_level(levels, level);
     keys[i] = key;
     var fraction = 1.0;
     if config.morph == 1u {
-        fraction = fraction_of(levels, low, culled[i].weight);
+        fraction = fraction_of(levels, level, culled[i].weight);
     }
     morphs[i] = MorphRecord(buckets[key].coarser_vertex_count, fraction);
 }

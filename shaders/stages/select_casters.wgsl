@@ -57,17 +57,7 @@ fn dots_of(radius: f32, cascade: Cascade, coarsest: LodRecord) -> u32 {
 // The level next coarser than that of so many vertices, or the coarsest.
 fn coarser_than(character: u32, vertex_count: u32) -> LodChoice {
     let levels = bucket_sets[character];
-    var low = 0u;
-    var high = levels.level_count;
-    while low + 1u < high {
-        let middle = (low + high) / 2u;
-        if buckets[bucket_of_level(levels, middle)].vertex_count <= vertex_count {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let coarser = buckets[bucket_of_level(levels, max(low, 1u) - 1u)];
+    let coarser = buckets[bucket_of_level(levels, max(level_of(levels, vertex_count), 1u) - 1u)];
     return LodChoice(coarser.vertex_count, coarser.triangle_count);
 }
 

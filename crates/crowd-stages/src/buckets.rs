@@ -248,10 +248,17 @@ impl Buckets {
         if vertex_count < self.records[self.at(character, 0) as usize].vertex_count && vertex_count >= DOT_VERTICES {
             return self.mesh_count + character * DOT_LEVELS + (vertex_count / DOT_VERTICES).ilog2();
         }
+        self.at(character, self.level_of(character, vertex_count))
+    }
+
+    /// The finest of a character's levels of at most that many vertices; 0, the coarsest, where all have more.
+    ///
+    /// Twin: `shaders/shared/levels.wgsl`.
+    pub fn level_of(&self, character: u32, vertex_count: u32) -> u32 {
         let levels = self.sets[character as usize].level_count;
         let finer =
             (1..levels).take_while(|l| self.records[self.at(character, *l) as usize].vertex_count <= vertex_count);
-        self.at(character, finer.last().unwrap_or(0))
+        finer.last().unwrap_or(0)
     }
 
     /// Bucket of the next finer level of a character, if there is one.

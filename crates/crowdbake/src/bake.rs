@@ -14,7 +14,7 @@ use crate::talk::Talk;
 use crate::unpack::{Unpacked, triangle_target};
 use crate::views::{self, QuantizedMesh};
 use crowd_anim::{Bounds, FootContacts, SampledClip};
-use crowd_lod::{CollapseOrder, Criteria, FrameReport, LodMesh, LodOptions, LodPoses};
+use crowd_lod::{Appearance, CollapseOrder, Criteria, FrameReport, LodMesh, LodOptions, LodPoses};
 use crowd_pack::{AnimationLayout, ManifestTarget, PackContents};
 use crowd_source::{Limits, RawCharacter, Warning};
 use rayon::prelude::*;
@@ -166,7 +166,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     };
     let triangle_materials = views::triangle_materials(&raw.mesh);
     let shown = ShownTextures::of(&raw, &triangle_materials);
-    let order = simplify(&raw, &lod_mesh(&raw, &mesh, &triangle_materials, &shown), clips, &lod_options, watch)
+    let order = simplify(&raw, &lod_mesh(&raw, &mesh, &triangle_materials, shown.view()), clips, &lod_options, watch)
         .map_err(|error| BakeError::of(Step::Simplify, name, error))?;
     if order.triangles.is_empty() {
         let triangles = raw.mesh.triangles.len();
@@ -295,7 +295,7 @@ pub(crate) fn lod_mesh<'a>(
     raw: &'a RawCharacter,
     mesh: &'a QuantizedMesh,
     triangle_materials: &'a [u16],
-    shown: &'a ShownTextures,
+    appearance: Appearance<'a>,
 ) -> LodMesh<'a> {
     LodMesh {
         positions: &mesh.positions,
@@ -306,7 +306,7 @@ pub(crate) fn lod_mesh<'a>(
         weights: &mesh.weights,
         triangles: &raw.mesh.triangles,
         triangle_materials,
-        appearance: shown.view(),
+        appearance,
     }
 }
 

@@ -71,10 +71,8 @@ pub fn select_casters(
 
 /// The level next coarser than that of so many vertices, or the coarsest.
 fn coarser_than(buckets: &Buckets, character: u32, vertex_count: u32) -> LodChoice {
-    let levels = (0..buckets.sets[character as usize].level_count).map(|l| buckets.at(character, l));
-    let counts: Vec<&BucketRecord> = levels.map(|bucket| &buckets.records[bucket as usize]).collect();
-    let level = counts.iter().rposition(|record| record.vertex_count <= vertex_count).unwrap_or(0);
-    let BucketRecord { vertex_count, triangle_count, .. } = *counts[level.saturating_sub(1)];
+    let coarser = buckets.level_of(character, vertex_count).saturating_sub(1);
+    let BucketRecord { vertex_count, triangle_count, .. } = buckets.records[buckets.at(character, coarser) as usize];
     LodChoice { vertex_count, triangle_count }
 }
 

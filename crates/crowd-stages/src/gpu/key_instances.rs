@@ -10,7 +10,10 @@ pub struct KeyInstances {
 impl KeyInstances {
     /// The stage's WGSL as it is compiled.
     pub fn source() -> String {
-        stage_source(&[], include_str!("../../../../shaders/stages/key_instances.wgsl"))
+        stage_source(
+            &[include_str!("../../../../shaders/shared/levels.wgsl")],
+            include_str!("../../../../shaders/stages/key_instances.wgsl"),
+        )
     }
 
     /// Compiles the stage.

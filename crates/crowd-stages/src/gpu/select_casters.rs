@@ -14,6 +14,7 @@ impl SelectCasters {
             &[
                 include_str!("../../../../shaders/shared/place.wgsl"),
                 include_str!("../../../../shaders/shared/light.wgsl"),
+                include_str!("../../../../shaders/shared/levels.wgsl"),
             ],
             include_str!("../../../../shaders/stages/select_casters.wgsl"),
         )

@@ -17,7 +17,7 @@ pub(super) fn make_levels(
     let criteria = if contender == Contender::Peng2011 { Criteria::Peng2011 } else { Criteria::Wedge };
     let options = LodOptions { criteria, ..LodOptions::default() };
     let shown = ShownTextures::of(&subject.raw, &subject.triangle_materials);
-    let mesh = lod_mesh(&subject.raw, &subject.mesh, &subject.triangle_materials, &shown);
+    let mesh = lod_mesh(&subject.raw, &subject.mesh, &subject.triangle_materials, shown.view());
     let joint_count = subject.raw.joints.len();
     let baked = bake_poses(&subject.clips);
     let at_rest = LodPoses { palettes: &subject.rest_palette, joint_count, frame_weights: &[1.0] };

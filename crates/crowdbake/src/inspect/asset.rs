@@ -1,11 +1,11 @@
 //! What an asset is before it is baked.
 
 use super::{CharacterInspection, ClipInspection, Inspection, MaterialInspection, PartInspection, Seams};
-use crate::bake::warning_sentence;
+use crate::bake::{lod_mesh, warning_sentence};
 use crate::error::{BakeError, Cause, Step};
 use crate::report::SCHEMA_VERSION;
 use crate::views;
-use crowd_lod::{LodMesh, SeamReport};
+use crowd_lod::{Appearance, SeamReport};
 use crowd_source::{Limits, RawCharacter};
 use std::path::Path;
 
@@ -43,18 +43,7 @@ pub fn inspect_asset(path: &Path) -> Result<Inspection, BakeError> {
 fn classify(raw: &RawCharacter) -> Result<SeamReport, crowd_lod::Error> {
     let mesh = views::quantize(&raw.mesh);
     let triangle_materials = views::triangle_materials(&raw.mesh);
-    let lod_mesh = LodMesh {
-        positions: &mesh.positions,
-        normals: &mesh.normals,
-        uvs: &raw.mesh.uvs,
-        colors: &raw.mesh.colors,
-        joints: &mesh.joints,
-        weights: &mesh.weights,
-        triangles: &raw.mesh.triangles,
-        triangle_materials: &triangle_materials,
-        appearance: crowd_lod::Appearance::default(),
-    };
-    crowd_lod::classify(&lod_mesh)
+    crowd_lod::classify(&lod_mesh(raw, &mesh, &triangle_materials, Appearance::default()))
 }
 
 fn inspect_raw(raw: &RawCharacter, seams: &SeamReport, path: &Path) -> CharacterInspection {
