@@ -191,6 +191,8 @@ fn discrete_levels_stand_beside_those_they_were_made_from() {
         "<b>lod3, refitted</b>",
         "asked: 7% of the triangles",
         "RMS of refitted levels",
+        "Refitted<br/>(RMS)",
+        "class=\"scroll wide\"",
         "Poked<br/>through",
     ] {
         assert!(page.contains(words), "{words}");
@@ -198,6 +200,7 @@ fn discrete_levels_stand_beside_those_they_were_made_from() {
     bench.run(&["-q", "bake", &format!("@{TUBE}"), "-o", "@plain.crowdpack", "--lod-ratio", "25%"]).expect(0);
     bench.run(&["report", "@plain.crowdpack", "-o", "@report.html"]).expect(0);
     let page = String::from_utf8(bench.read("report.html")).unwrap();
+    assert!(!page.contains("Refitted<br/>") && !page.contains("scroll wide"), "nothing to tell of");
     assert!(page.contains("25\u{a0}%, lod1</b>") && !page.contains("refitted</b>"), "one column for one level");
 }
 

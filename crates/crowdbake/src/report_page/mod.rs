@@ -5,7 +5,7 @@
 //! draw, `chart`, `poked_chart`, `numbers`, `stuck` and `sections` write. (The JSON that `bake --report` writes is [`crate::report`].)
 //!
 //! Size: seven shipped characters stay under 10 MB by picture sizes and JPEG quality alone; on a page of more characters
-//! pictures shrink with their number.
+//! pictures shrink with their number, and once more where the page still came out too large.
 
 mod chart;
 mod draw_layouts;
@@ -32,6 +32,8 @@ use std::fmt::Write;
 
 /// Characters whose pictures have their full size.
 const FULL_SIZE_CHARACTERS: f32 = 8.0;
+/// A page is mailed and opened everywhere: with more bytes it is drawn once more, smaller.
+const MOST_BYTES: usize = 9_500_000;
 /// Levels whose pictures have their full size.
 const USUAL_COLUMNS: f32 = 7.0;
 /// Pictures do not shrink below this share of their pixels.
@@ -55,7 +57,31 @@ pub fn make_page(
     chosen: &[usize],
     watch: Watch<'_>,
 ) -> Result<String, BakeError> {
-    let scale = (FULL_SIZE_CHARACTERS / chosen.len().max(1) as f32).clamp(SMALLEST_SCALE, 1.0);
+    let mut scale = (FULL_SIZE_CHARACTERS / chosen.len().max(1) as f32).clamp(SMALLEST_SCALE, 1.0);
+    loop {
+        let page = make_page_at(contents, title, chosen, scale, watch)?;
+        match smaller_scale(page.len(), scale) {
+            Some(smaller) => scale = smaller,
+            None => return Ok(page),
+        }
+    }
+}
+
+/// The scale that a page of so many bytes is drawn with once more; `None` where it may stay.
+fn smaller_scale(bytes: usize, scale: f32) -> Option<f32> {
+    // Pictures are nearly all of a page, and their bytes go with their pixels; a little less, so that once more will do.
+    let fitting = scale * 0.95 * MOST_BYTES as f32 / bytes as f32;
+    (bytes > MOST_BYTES && scale > SMALLEST_SCALE).then(|| fitting.max(SMALLEST_SCALE))
+}
+
+/// The page with pictures of `scale` times their full number of pixels.
+fn make_page_at(
+    contents: &PackContents,
+    title: &str,
+    chosen: &[usize],
+    scale: f32,
+    watch: Watch<'_>,
+) -> Result<String, BakeError> {
     let mut cards = String::new();
     let mut links = String::new();
     let mut parts = String::new();
@@ -161,4 +187,18 @@ fn assemble(
          <script>\n{script}</script></body></html>\n",
         env!("CARGO_PKG_VERSION")
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_that_is_too_large_is_drawn_smaller_until_pictures_would_say_nothing() {
+        assert_eq!(smaller_scale(MOST_BYTES, 1.0), None);
+        let smaller = smaller_scale(2 * MOST_BYTES, 1.0).unwrap();
+        assert!((0.4..0.5).contains(&smaller), "{smaller}");
+        assert_eq!(smaller_scale(100 * MOST_BYTES, 1.0), Some(SMALLEST_SCALE));
+        assert_eq!(smaller_scale(100 * MOST_BYTES, SMALLEST_SCALE), None, "it ends");
+    }
 }

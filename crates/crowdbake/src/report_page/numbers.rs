@@ -17,23 +17,33 @@ pub(crate) fn write_summary(out: &mut String, portrait: &Portrait<'_>) {
     if told.is_empty() {
         return;
     }
-    out.push_str(
+    let refitted = |triangles: u32| refitted_rms_m(portrait, triangles);
+    let any_refitted = told.iter().any(|(target, _)| refitted(target.level.triangles).is_some());
+    let refitted_head = if any_refitted { "<th scope=\"col\">Refitted<br/>(RMS)</th>" } else { "" };
+    let _ = write!(
+        out,
         "<div><table class=\"numbers summary\"><thead><tr><th scope=\"col\">Level</th><th scope=\"col\">Triangles</th>\
-         <th scope=\"col\">Off by<br/>(RMS)</th><th scope=\"col\">At most</th><th scope=\"col\">One pixel<br/>at height</th></tr></thead><tbody>",
+         <th scope=\"col\">Off by<br/>(RMS)</th>{refitted_head}<th scope=\"col\">At most</th><th scope=\"col\">One pixel<br/>at height</th></tr></thead><tbody>",
     );
     for (target, measured) in told {
+        let refitted_cell = match refitted(target.level.triangles) {
+            _ if !any_refitted => String::new(),
+            Some(rms_m) => format!("<td>{}</td>", length(rms_m)),
+            None => "<td>–</td>".to_owned(),
+        };
         let _ = write!(out, "<tr><td>{}</td>", percent(target.ratio));
         if target.reached {
             let _ = write!(
                 out,
-                "<td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                "<td>{}</td><td>{}</td>{refitted_cell}<td>{}</td><td>{}</td></tr>",
                 grouped(target.level.triangles),
                 length(measured.rms_m),
                 length(measured.max_m),
                 pixel_height(measured.rms_m, record.height_m)
             );
         } else {
-            out.push_str("<td colspan=\"4\">not reached</td></tr>");
+            let columns = 4 + usize::from(any_refitted);
+            let _ = write!(out, "<td colspan=\"{columns}\">not reached</td></tr>");
         }
     }
     out.push_str(
@@ -41,6 +51,13 @@ pub(crate) fn write_summary(out: &mut String, portrait: &Portrait<'_>) {
          coarser one. At most: the one worst point. Last column: how tall the character is on the screen when the RMS \
          distance is one pixel.</p></div>",
     );
+}
+
+/// The RMS distance of the refitted level of so many triangles, metres.
+fn refitted_rms_m(portrait: &Portrait<'_>, triangles: u32) -> Option<f32> {
+    let stored = portrait.character.manifest.discrete.iter().zip(portrait.character.discrete_levels());
+    let mut refitted = stored.filter(|(_, level)| level.is_refit() && level.triangle_count == triangles);
+    refitted.next().map(|(discrete, _)| discrete.measured.rms_m)
 }
 
 /// Writes the table, finest level first.

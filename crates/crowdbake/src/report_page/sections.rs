@@ -12,6 +12,9 @@ use crate::inspect::grouped;
 use crate::unpack::Unpacked;
 use std::fmt::Write;
 
+/// Columns of pictures that fit beside the text; with more, the table takes the whole window and scrolls.
+const MOST_COLUMNS: usize = 8;
+
 /// Everything that one character's part is made of.
 pub(crate) struct Portrait<'a> {
     pub character: &'a Unpacked<'a>,
@@ -108,6 +111,10 @@ fn write_viewer(out: &mut String, portrait: &Portrait<'_>, id: &str) {
     };
     let tenth = portrait.levels.iter().position(|shown| shown.ratios.contains(&0.1));
     let chosen = tenth.unwrap_or(portrait.levels.len() - 1);
+    // What somebody would export, where the pack has it: the refitted level stands after the one it was made from.
+    let refitted =
+        portrait.levels.get(chosen + 1).filter(|next| next.refitted && next.level == portrait.levels[chosen].level);
+    let chosen = chosen + usize::from(refitted.is_some());
     let worst = portrait.worst.as_ref().map(|(frame, _)| {
         format!("<option value=\"1\">At its worst: {}, {:.2} s</option>", Text(&frame.clip), frame.time_s)
     });
@@ -146,9 +153,10 @@ fn row_name(row: Row) -> &'static str {
 
 fn write_sheet(out: &mut String, portrait: &Portrait<'_>, sheet: &Sheet, id: &str, pose: &str) {
     let name = Text(&portrait.character.manifest.name);
+    let wide = if portrait.levels.len() > MOST_COLUMNS { " wide" } else { "" };
     let _ = write!(
         out,
-        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{name} {pose}, level by level\">\
+        "<div class=\"scroll{wide}\" tabindex=\"0\" role=\"region\" aria-label=\"{name} {pose}, level by level\">\
          <table class=\"sheet\" data-sheet=\"{id}\"><colgroup><col/>"
     );
     portrait.levels.iter().for_each(|_| out.push_str("<col/>"));
