@@ -208,11 +208,11 @@ fn every_oddity_is_refused_or_counted() {
 #[test]
 fn strict_refuses_what_is_repaired_and_nothing_else() {
     let cases: Vec<(&str, Skinned, &[&str])> = vec![
-        ("heavy_weight", with(|s| s.weights[3][0] = 40.0), &["load: 1 warning(s) with --strict", "weights-normalized"]),
+        ("heavy_weight", with(|s| s.weights[3][0] = 40.0), &["load: 1 warning with --strict", "weights-normalized"]),
         (
             "every_triangle_twice",
             with(|s| s.indices.extend(s.indices.clone())),
-            &["simplify: 1 warning(s) with --strict", "duplicate-triangles-dropped"],
+            &["simplify: 1 warning with --strict", "duplicate-triangles-dropped"],
         ),
     ];
     for (name, skinned, words) in cases {

@@ -13,7 +13,7 @@ fn a_bad_file_does_not_stop_the_batch() {
     let bench = Bench::with(&[TUBE]);
     bench.write("bad.glb", b"glTF but not really");
     let words = ["bake", "@bad.glb", "@gone.glb", &format!("@{TUBE}"), "-o", "@out.crowdpack", "--report", "@r.json"];
-    bench.run(&words).expect(1).says(&["error: bad: load:", "bad.glb", "gone.glb: no such file", "1 character(s)"]);
+    bench.run(&words).expect(1).says(&["error: bad: load:", "bad.glb", "gone.glb: no such file", "1 character"]);
     assert_eq!(names(&bench, "out.crowdpack"), ["straight_tube_should_keep_its_elbow"]);
     let report: serde_json::Value = serde_json::from_slice(&bench.read("r.json")).unwrap();
     assert_eq!(report["exit_code"], 1);
@@ -83,7 +83,7 @@ fn a_wrong_manifest_is_refused_by_the_path_of_the_mistake() {
 fn an_unknown_clip_is_answered_with_the_clips_there_are() {
     let bench = Bench::with(&[TUBE]);
     let words = ["bake", &format!("@{TUBE}"), "-o", "@out.crowdpack", "--clips", "Swim"];
-    bench.run(&words).expect(1).says(&["select-clips: clip `Swim`: found bend"]);
+    bench.run(&words).expect(1).says(&["select-clips: clip `Swim`: no clip of that name; the character has bend"]);
     assert!(!bench.path("out.crowdpack").exists());
 }
 
@@ -110,7 +110,7 @@ fn strict_refuses_what_the_import_warns_about() {
     bench.run(&["bake", "@crate.obj", "-o", "@out.crowdpack"]).expect(0).says(&["warning: crate:"]);
     std::fs::remove_file(bench.path("out.crowdpack")).unwrap();
     let done = bench.run(&["bake", "@crate.obj", "-o", "@out.crowdpack", "--strict"]).expect(1);
-    done.says(&["crate: load: 1 warning(s) with --strict", "crate.mtl"]);
+    done.says(&["crate: load: 1 warning with --strict", "crate.mtl"]);
     assert!(!bench.path("out.crowdpack").exists());
 }
 
@@ -151,4 +151,40 @@ fn a_character_of_degenerate_triangles_alone_is_refused_and_the_batch_goes_on() 
 fn a_folder_is_not_inspected() {
     let bench = Bench::new();
     bench.run(&["inspect", "@."]).expect(1).says(&["error: read: ", "is a folder, a pack or an asset is needed"]);
+}
+
+#[test]
+fn a_pattern_that_finds_nothing_anywhere_is_warned_of_and_one_that_finds_something_somewhere_is_not() {
+    let bench = Bench::with(&[TUBE, SPHERE]);
+    bench.copy("zebra.glb", "zebra.glb");
+    let words = ["bake", &format!("@{TUBE}"), "@zebra.glb", "-o", "@out.crowdpack", "--fps", "5", "--clips"];
+    let with = |clips: &'static str| bench.run(&[&words[..], &[clips]].concat()).expect(0);
+    with("bend*,walk*,*fly*").says(&["warning: clips: `*fly*` finds no clip in any character"]);
+    assert!(!with("bend*,walk*").err.contains("finds no clip"));
+}
+
+#[test]
+fn a_character_of_another_unit_is_warned_of_and_scaled_when_asked() {
+    let bench = Bench::with(&[SPHERE]);
+    let bake = |more: &[&str]| {
+        let words = ["bake", &format!("@{SPHERE}"), "-o", "@out.crowdpack"];
+        bench.run(&[&words[..], more].concat())
+    };
+    let height = || {
+        let json = bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json();
+        json["characters"][0]["height_m"].as_f64().unwrap()
+    };
+    assert!(!bake(&[]).expect(0).err.contains("unlikely-size"));
+    let plain = height();
+    let giant = bake(&["--scale", "100"]).expect(0);
+    giant.says(&["unlikely-size", "--scale 0.01", "--height METRES"]);
+    assert!((height() / plain - 100.0).abs() < 1e-3);
+    bake(&["--height", "1.8"]).expect(0);
+    assert!((height() - 1.8).abs() < 1e-4);
+    bench.write("crowd.toml", format!("[defaults]\nheight = 3\n[[characters]]\nsource = '{SPHERE}'\n"));
+    bench.run(&["bake", "@crowd.toml", "-o", "@out.crowdpack"]).expect(0);
+    assert!((height() - 3.0).abs() < 1e-4);
+    bake(&["--scale", "1e6"]).expect(1).says(&["load: --scale or --height: 1000000 times", "allowed"]);
+    bake(&["--scale", "0"]).expect(2);
+    bake(&["--scale", "2", "--height", "2"]).expect(2);
 }

@@ -51,7 +51,7 @@ fn an_asset_is_baked_on_the_way_and_an_unknown_clip_is_refused() {
     let input = format!("@{TUBE}");
     bench.run(&["picture", &input, "-o", "@p.png", "--size", "64x64"]).expect(0);
     let done = bench.run(&["picture", &input, "-o", "@q.png", "--clip", "Swim"]).expect(1);
-    done.says(&["clip `Swim`: found bend"]);
+    done.says(&["no clip of that name; the character has bend"]);
     assert!(!bench.path("q.png").exists());
 }
 

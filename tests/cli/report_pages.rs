@@ -159,7 +159,7 @@ fn a_page_holds_everything_that_it_shows() {
     let fixtures = [TUBE, SPHERE, TWO_MATERIALS, TRIANGLE];
     let bench = Bench::with(&fixtures);
     bake(&bench, &fixtures);
-    bench.run(&["report", "@out.crowdpack", "-o", "@report.html"]).expect(0).says(&["report.html: 4 character(s)"]);
+    bench.run(&["report", "@out.crowdpack", "-o", "@report.html"]).expect(0).says(&["report.html: 4 characters"]);
     let page = page(&bench);
     let tags = check(&page);
     let sections = tags.iter().filter(|tag| tag.attribute("class") == Some("character")).count();

@@ -20,6 +20,8 @@ pub struct FootContact {
 /// The feet of a clip.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FootContacts {
+    /// How fast the clip walks over the ground, metres a second, as [`crate::ground_speed`] says.
+    pub ground_speed_m_s: f32,
     /// By joint, then by time.
     pub contacts: Vec<FootContact>,
     /// Mean speed over the ground of the points that stand, metres a second, when the character moves at the clip's ground speed
@@ -68,6 +70,7 @@ pub fn foot_contacts(
     let contacts = (0..joint_count).flat_map(|joint| runs(&stands, joint, soles.step_s));
     let still = vec![[0.0; 2]; standing.len()];
     let mut feet = FootContacts {
+        ground_speed_m_s: velocity.map_or(0.0, speed_of),
         contacts: contacts.collect(),
         slide_m_s: mean_speed(&standing, &still),
         ..FootContacts::default()

@@ -18,7 +18,7 @@ use std::fmt::Write as _;
 
 use glam::Vec3;
 
-use crate::text::{FARTHEST_M, Line, lines_after, wrong};
+use crate::text::{FARTHEST_M, Line, lines_after, wrong, wrong_in_words};
 use crate::{Camera, Error, Result};
 
 const HEADING: &str = "# crowd camera path v1";
@@ -73,12 +73,16 @@ impl CameraPath {
                 return Err(wrong(line.number, &key.time_s.to_string(), &format!("a time after {}", before.time_s)));
             }
             if key.eye == key.target {
-                return Err(wrong(line.number, &format!("eye and target at {}", key.eye), "two different points"));
+                return Err(wrong_in_words(
+                    line.number,
+                    &format!("eye and target at {}", key.eye),
+                    "two different points",
+                ));
             }
             keys.push(key);
         }
         if keys.is_empty() {
-            return Err(wrong(text.lines().count().max(1), "no key", "at least one line with a key"));
+            return Err(wrong_in_words(text.lines().count().max(1), "no key", "at least one line with a key"));
         }
         Ok(Self { keys })
     }
@@ -158,10 +162,10 @@ fn read_way(line: &Line<'_>, last: Option<&CameraKey>) -> Result<Option<CameraPa
     let seconds = || line.number_in(1, "seconds", 0.01, 1.0e6);
     if line.is_word(0, "line") {
         line.must_have(9, "line, seconds, eye x y z, target x y z, fov_deg")?;
-        let first = last.ok_or_else(|| wrong(line.number, "`line` first", "a key or a way before it"))?;
+        let first = last.ok_or_else(|| wrong_in_words(line.number, "`line` first", "a key or a way before it"))?;
         let (eye, target) = (place(line, 2, "eye")?, place(line, 5, "target")?);
         if eye == target {
-            return Err(wrong(line.number, &format!("eye and target at {eye}"), "two different points"));
+            return Err(wrong_in_words(line.number, &format!("eye and target at {eye}"), "two different points"));
         }
         let end = CameraKey { time_s: seconds()?, eye, target, fov_y_rad: fov_y_rad(line, 8)? };
         return Ok(Some(CameraPath::from_keys([CameraKey { time_s: 0.0, ..*first }, end])));
@@ -181,7 +185,7 @@ fn read_way(line: &Line<'_>, last: Option<&CameraKey>) -> Result<Option<CameraPa
         let (low_x, low_z, high_x, high_z) =
             (axis(2, "low x")?, axis(3, "low z")?, axis(4, "high x")?, axis(5, "high z")?);
         if low_x > high_x || low_z > high_z {
-            return Err(wrong(line.number, "a low corner above the high one", "low x z, then high x z"));
+            return Err(wrong_in_words(line.number, "a low corner above the high one", "low x z, then high x z"));
         }
         let (low, high) = (Vec3::new(low_x, 0.0, low_z), Vec3::new(high_x, 0.0, high_z));
         let eye_m = line.number_in(6, "eye height", 0.1, 1000.0)?;
@@ -238,9 +242,9 @@ mod tests {
     #[test]
     fn refusals_name_the_line_and_what_was_found() {
         for (text, expected) in [
-            ("", "line 1: found ``, expected `# crowd camera path v1`"),
+            ("", "line 1: found nothing, expected `# crowd camera path v1`"),
             ("# crowd camera path v2\n", "line 1: found `# crowd camera path v2`"),
-            ("# crowd camera path v1\n1 2 3\n", "line 2: found `3 words`, expected 8"),
+            ("# crowd camera path v1\n1 2 3\n", "line 2: found 3 words, expected 8"),
             ("# crowd camera path v1\n0 0 3 x 0 1 0 45\n", "line 2: found `x`, expected eye"),
             ("# crowd camera path v1\n0 0 3 inf 0 1 0 45\n", "line 2: found `inf`"),
             ("# crowd camera path v1\n0 0 3 NaN 0 1 0 45\n", "line 2: found `NaN`"),
@@ -250,8 +254,8 @@ mod tests {
                 "# crowd camera path v1\n1 0 3 9 0 1 0 45\n1 0 3 9 0 1 0 45\n",
                 "line 3: found `1`, expected a time after 1",
             ),
-            ("# crowd camera path v1\nline 3 0 0 0 1 1 1 45\n", "line 2: found ``line` first`, expected a key"),
-            ("# crowd camera path v1\norbit 3 0 0 0 1 1 45\n", "line 2: found `8 words`, expected 10"),
+            ("# crowd camera path v1\nline 3 0 0 0 1 1 1 45\n", "line 2: found `line` first, expected a key"),
+            ("# crowd camera path v1\norbit 3 0 0 0 1 1 45\n", "line 2: found 8 words, expected 10"),
             ("# crowd camera path v1\norbit 3 0 0 0 -1 1 0 9 45\n", "line 2: found `-1`, expected distance"),
             ("# crowd camera path v1\nwalkthrough 3 9 9 0 0 1 45\n", "expected low x z, then high x z"),
             ("# crowd camera path v1\n# nothing\n", "expected at least one line with a key"),

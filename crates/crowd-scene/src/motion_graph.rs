@@ -19,7 +19,7 @@
 //! A clip is named, or else by a part of its name, and looked up for each character. Every state must lead back to every other, so that
 //! what people do can go round: see [`MotionGraph::schedule`].
 
-use crate::text::{Line, lines_after, wrong};
+use crate::text::{Line, lines_after, wrong, wrong_in_words};
 use crate::{Error, Gait, Result};
 
 const HEADING: &str = "# crowd motion graph v1";
@@ -114,7 +114,7 @@ impl MotionGraph {
             }
         }
         if graph.states.is_empty() {
-            return Err(wrong(text.lines().count().max(1), "no state", "at least one `state`"));
+            return Err(wrong_in_words(text.lines().count().max(1), "no state", "at least one `state`"));
         }
         let together = graph.together_with(0, &vec![true; graph.states.len()]);
         if let Some(alone) = together.iter().position(|&is_in| !is_in) {
@@ -212,7 +212,7 @@ impl MotionGraph {
             return Err(wrong(line.number, line.word(2), "another state than the one that is left"));
         }
         if self.ways.iter().any(|way| (way.from, way.to) == (from, to)) {
-            return Err(wrong(line.number, "the same way again", "each way once"));
+            return Err(wrong_in_words(line.number, "the same way again", "each way once"));
         }
         let fade_s = line.number_in(3, "seconds of the fade", 0.0, LONGEST_FADE_S)?;
         if let Stay::Seconds(least, _) = self.states[to].stay
@@ -276,10 +276,10 @@ mod tests {
     #[test]
     fn refusals_name_the_line_and_what_was_found() {
         let table = [
-            ("", "line 1: found ``, expected `# crowd motion graph v1`"),
+            ("", "line 1: found nothing, expected `# crowd motion graph v1`"),
             ("# crowd motion graph v1\n", "no state"),
             ("# crowd motion graph v1\nstay a", "line 2: found `stay`, expected `state` or `way`"),
-            ("# crowd motion graph v1\nstate a idle seconds 1", "line 2: found `5 words`"),
+            ("# crowd motion graph v1\nstate a idle seconds 1", "line 2: found 5 words"),
             ("# crowd motion graph v1\nstate a idle hours 1 2", "`seconds` or `turns`"),
             ("# crowd motion graph v1\nstate a idle seconds nan 2", "found `nan`"),
             ("# crowd motion graph v1\nstate a idle seconds 3 2", "found `2`"),

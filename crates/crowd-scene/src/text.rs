@@ -47,7 +47,7 @@ impl Line<'_> {
         if (least..=most).contains(&self.words.len()) {
             return Ok(());
         }
-        Err(wrong(self.number, &format!("{} words", self.words.len()), &format!("{least} to {most}: {names}")))
+        Err(wrong_count(self.number, self.words.len(), &format!("{least} to {most}: {names}")))
     }
 
     /// One of `names`, or its number, a whole number below `end`.
@@ -72,7 +72,7 @@ impl Line<'_> {
         if self.words.len() == count {
             return Ok(());
         }
-        Err(wrong(self.number, &format!("{} words", self.words.len()), &format!("{count}: {names}")))
+        Err(wrong_count(self.number, self.words.len(), &format!("{count}: {names}")))
     }
 
     /// A finite number within `low..=high`.
@@ -94,8 +94,19 @@ impl Line<'_> {
     }
 }
 
+/// A refusal of a line with too few or too many words.
+pub(crate) fn wrong_count(line: usize, count: usize, expected: &str) -> Error {
+    wrong_in_words(line, &if count == 1 { "1 word".to_owned() } else { format!("{count} words") }, expected)
+}
+
+/// A refusal that says what was found in words of ours, not in the file's.
+pub(crate) fn wrong_in_words(line: usize, found: &str, expected: &str) -> Error {
+    Error::Format { line, found: found.to_owned(), expected: expected.to_owned() }
+}
+
 /// A refusal that quotes at most the first 60 characters.
 pub(crate) fn wrong(line: usize, found: &str, expected: &str) -> Error {
     let quoted: String = found.chars().take(60).collect();
-    Error::Format { line, found: format!("`{}`", quoted.escape_debug()), expected: expected.to_owned() }
+    let found = if quoted.is_empty() { "nothing".to_owned() } else { format!("`{}`", quoted.escape_debug()) };
+    Error::Format { line, found, expected: expected.to_owned() }
 }

@@ -16,7 +16,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::dice::{Dice, Purpose};
-use crate::text::{FARTHEST_M, lines_after, wrong};
+use crate::text::{FARTHEST_M, lines_after, wrong_in_words};
 use crate::walker::{Gait, Walker, between_yaws};
 use crate::{Error, Result};
 
@@ -72,7 +72,7 @@ impl Waypoints {
             }
             line.must_have_between(2, 3, "x z, and perhaps seconds to wait")?;
             let Some((_, _, points)) = raw.last_mut() else {
-                return Err(wrong(line.number, "a point", "`route` and its width before the first point"));
+                return Err(wrong_in_words(line.number, "a point", "`route` and its width before the first point"));
             };
             count += 1;
             if count > MOST_POINTS {
@@ -86,11 +86,11 @@ impl Waypoints {
             points.push((at, wait_s));
         }
         if raw.is_empty() {
-            return Err(wrong(text.lines().count().max(1), "no route", "at least one `route` and its width"));
+            return Err(wrong_in_words(text.lines().count().max(1), "no route", "at least one `route` and its width"));
         }
         let routes = raw.into_iter().map(|(half_width_m, line, points)| {
             Route::new(half_width_m, &points)
-                .ok_or_else(|| wrong(line, "a route of fewer than two different points", "at least two"))
+                .ok_or_else(|| wrong_in_words(line, "a route of fewer than two different points", "at least two"))
         });
         Ok(Self { routes: routes.collect::<Result<_>>()? })
     }
@@ -385,13 +385,13 @@ mod tests {
     #[test]
     fn refusals_name_the_line_and_what_was_found() {
         for (text, expected) in [
-            ("", "line 1: found ``, expected `# crowd waypoints v1`"),
-            ("# crowd waypoints v1\n", "found `no route`"),
-            ("# crowd waypoints v1\n0 0\n", "line 2: found `a point`, expected `route`"),
+            ("", "line 1: found nothing, expected `# crowd waypoints v1`"),
+            ("# crowd waypoints v1\n", "found no route"),
+            ("# crowd waypoints v1\n0 0\n", "line 2: found a point, expected `route`"),
             ("# crowd waypoints v1\nroute x\n", "line 2: found `x`, expected width"),
             ("# crowd waypoints v1\nroute 1\n0 NaN\n", "line 3: found `NaN`, expected z"),
-            ("# crowd waypoints v1\nroute 1\n0 0\n0 0\n", "line 2: found `a route of fewer than two different points`"),
-            ("# crowd waypoints v1\nroute 1\n0 0 0 0\n", "line 3: found `4 words`, expected 2 to 3"),
+            ("# crowd waypoints v1\nroute 1\n0 0\n0 0\n", "line 2: found a route of fewer than two different points"),
+            ("# crowd waypoints v1\nroute 1\n0 0 0 0\n", "line 3: found 4 words, expected 2 to 3"),
         ] {
             let message = Waypoints::parse(text).expect_err(text).to_string();
             assert!(message.contains(expected), "{message:?} should contain {expected:?}");

@@ -194,8 +194,17 @@ impl CrowdData {
     /// (Dong 2019 §5.1) is multiplied with its inverse bind matrices here, once.
     ///
     /// # Errors
-    /// [`Error::Image`] when an image does not decode.
+    /// [`Error::Image`] when an image does not decode, [`Error::Impostor`] when an impostor's picture does not.
     pub fn from_pack(pack: &Pack, max_layer_side: u32) -> Result<Self> {
+        let data = Self::without_impostors(pack, max_layer_side)?;
+        Ok(Self { impostors: Impostors::of_pack(pack.contents())?, ..data })
+    }
+
+    /// The same without impostors, whose pictures then need not be decoded.
+    ///
+    /// # Errors
+    /// [`Error::Image`] when an image does not decode.
+    pub fn without_impostors(pack: &Pack, max_layer_side: u32) -> Result<Self> {
         let contents = pack.contents();
         let (layers, layer_side) = decode_layers(&contents.images, &contents.image_bytes, max_layer_side)?;
         let mut data = Self {
@@ -214,7 +223,7 @@ impl CrowdData {
             materials: contents.materials.clone(),
             layers,
             layer_side,
-            impostors: Impostors::of_pack(contents)?,
+            impostors: None,
         };
         match contents.manifest.animation_layout {
             AnimationLayout::Premultiplied3x4 => data.animation = contents.animation.clone(),

@@ -136,9 +136,9 @@ impl Assembly {
     }
 
     fn add_clips(&mut self, baked: &BakedCharacter, layout: AnimationLayout) -> Result<(), Cause> {
-        let measured = baked.clip_bounds.iter().zip(&baked.ground_speeds_m_s);
+        let measured = baked.clip_bounds.iter().zip(baked.feet.iter().map(|feet| feet.ground_speed_m_s));
         let stored = baked.animation.clips.iter().zip(&baked.animation.texels);
-        for ((clip, texels), (bounds, &ground_speed_m_s)) in stored.zip(measured) {
+        for ((clip, texels), (bounds, ground_speed_m_s)) in stored.zip(measured) {
             let texels: &[Texel] = match layout {
                 AnimationLayout::Premultiplied3x4 => texels,
                 AnimationLayout::Split4x4 => bytemuck::cast_slice(&clip.worlds),

@@ -9,8 +9,10 @@ use crate::ordered_mesh::OrderedMesh;
 use crate::plan::{Plan, PlanEntry};
 use crate::pose::{Mat3x4, pose_positions};
 use crate::select_clips::{matching_clips, select_clips};
+use crate::size::{height_of, resize, warn_of_size};
 use crate::store_animation::{StoredAnimation, store_animation};
 use crate::talk::Talk;
+use crate::units::counted;
 use crate::unpack::{Unpacked, triangle_target};
 use crate::views::{self, QuantizedMesh};
 use crowd_anim::{Bounds, FootContacts, SampledClip};
@@ -63,9 +65,7 @@ pub struct BakedCharacter {
     pub order: CollapseOrder,
     /// Bounds of each clip.
     pub clip_bounds: Vec<Bounds>,
-    /// How fast each clip walks over the ground, see [`crowd_anim::ground_speed`].
-    pub ground_speeds_m_s: Vec<f32>,
-    /// When feet stand, clip by clip.
+    /// When feet stand and how fast they walk, clip by clip.
     pub feet: Vec<FootContacts>,
     /// Bounds over all clips.
     pub bounds: Bounds,
@@ -124,6 +124,9 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         let warnings = warnings.iter().map(warning_sentence).collect();
         return Err(BakeError::of(Step::Load, name, Cause::Warned { warnings }));
     }
+    if let Some(asked) = entry.size {
+        resize(&mut raw, asked).map_err(|cause| BakeError::of(Step::Load, name, cause))?;
+    }
     clock.lap(Step::Load);
 
     if let Some(patterns) = &entry.clips {
@@ -145,11 +148,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     let clips = &animation.clips;
     let frame_factors = frame_factors(&sampled, clips, &entry.clip_weights)
         .map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
-    let ground_speed = |clip: &SampledClip| {
-        crowd_anim::ground_speed(&mesh.positions, &mesh.joints, &mesh.weights, clip, raw.joints.len())
-    };
     // Feet are looked at in all frames, not in those that are kept.
-    let ground_speeds_m_s: Vec<f32> = sampled.par_iter().map(ground_speed).collect();
     let contacts = |clip: &SampledClip| {
         crowd_anim::foot_contacts(&mesh.positions, &mesh.joints, &mesh.weights, clip, raw.joints.len())
     };
@@ -202,7 +201,6 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         rest_palette,
         order,
         clip_bounds,
-        ground_speeds_m_s,
         feet,
         bounds,
         height_m,
@@ -213,8 +211,9 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     if strict {
         expect_reached(&baked).map_err(|cause| BakeError::of(Step::Levels, name, cause))?;
     }
-    let high_floor = warn_of_high_floor(&baked);
-    baked.warnings.extend(high_floor);
+    let odd = warn_of_high_floor(&baked).into_iter().chain(warn_of_size(baked.height_m, baked.bounds.radius));
+    let odd: Vec<Warning> = odd.collect();
+    baked.warnings.extend(odd);
     Ok(baked)
 }
 
@@ -420,7 +419,7 @@ fn check_sentence(frames: &FrameReport) -> Option<String> {
         check.worst_ratio,
         match frames.rerun_count {
             0 => String::new(),
-            count => format!("; frames added {count} time(s)"),
+            count => format!("; frames added {}", counted(count as usize, "time")),
         },
         if check.holds { "" } else { "; more than the 3 % or 1.1 allowed, `--frames all` is exact" },
     ))
@@ -450,22 +449,20 @@ fn bound_clip(mesh: &QuantizedMesh, order: &CollapseOrder, clip: &SampledClip, r
 /// Of the vertices listed.
 fn height_at_rest(mesh: &QuantizedMesh, vertices: &[u32], rest_palette: &[Mat3x4]) -> f32 {
     let posed = pose_positions(&mesh.positions, &mesh.joints, &mesh.weights, rest_palette);
-    let heights = vertices.iter().map(|&vertex| posed[vertex as usize][1]);
-    let (low, high) = heights.fold((f32::MAX, f32::MIN), |(low, high), y| (low.min(y), high.max(y)));
-    (high - low).max(0.0)
+    height_of(vertices.iter().map(|&vertex| posed[vertex as usize]))
 }
 
 fn say_baked(talk: &Talk<'_>, baked: &BakedCharacter, seconds: f64) {
     let (full, coarsest) = (baked.order.levels.last(), baked.order.levels.first());
     let (full, coarsest) = (full.copied().unwrap_or_default(), coarsest.copied().unwrap_or_default());
     talk.note(format_args!(
-        "{}: {} triangles down to {}, {} vertices down to {}, {} clip(s), {seconds:.1} s",
+        "{}: {} triangles down to {}, {} vertices down to {}, {}, {seconds:.1} s",
         baked.name,
         full.triangle_count,
         coarsest.triangle_count,
         full.vertex_count,
         coarsest.vertex_count,
-        baked.animation.clips.len(),
+        counted(baked.raw.clips.len(), "clip"),
     ));
     let animation = AnimationInspection::of_bake(baked);
     talk.note(format_args!("  animation: {}", animation.words()));

@@ -2,14 +2,15 @@
 
 mod values;
 
-pub(crate) use values::weigh_attribute;
 use values::{
     glb_parser, output_parser, parse_attribute_weight, parse_clip_weight, parse_fps, parse_jobs, parse_percent,
-    parse_ratio, parse_share, parse_size, parse_time, parse_turn,
+    parse_ratio, parse_share, parse_size, parse_time, parse_turn, png_parser,
 };
+pub(crate) use values::{parse_size_number, weigh_attribute};
 
 use crate::compare::Contender;
 use crate::lod_target::{LodTarget, parse_coarsest};
+use crate::size::SizeAsked;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use crowd_lod::Coarsest;
 use crowd_pack::JointStorage;
@@ -47,8 +48,7 @@ Examples:
   crowdbake explain cast.crowdpack --ratio 5%             why a level goes no lower, and what to change
   crowdbake verify cast.crowdpack                         check every promise
 
-Exit codes: 0 done, 1 an input was refused or has no character or clip of that name, 2 wrong command line,
-3 an output could not be written, 4 verification failed, 5 with --strict a level asked for is not reached. A batch goes on past a refused file, writes the good ones, and ends with the worst code.
+Exit codes: 0 done, 1 an input was refused or has no character or clip of that name, 2 wrong command line, 3 an output could not be written, 4 verification failed, 5 with --strict a level asked for is not reached. A batch goes on past a refused file, writes the good ones, and ends with the worst code.
 Data goes to standard output, talk to standard error. NO_COLOR and a closed pipe are respected.";
 
 /// The verbs.
@@ -110,6 +110,7 @@ Inputs:
       lod_ratio = [0.5, \"25%\"]      # also error = [\"5mm\", \"0.5%\"], px = [\"1@240\"], refit = true
       clip_weights = { Walk = 2.0 }  # default: all count alike
       attribute_weights = { uv = 2.0 }  # uv, normal, color, layers; default: 1
+      scale = 0.01                  # a file in centimetres; or height = 1.8 (metres)
       animation_storage = \"f16\"     # auto, f32, f16 or quantized; animation_error = 0.1 (percent)
   The command line wins over a [[characters]] entry, and that over [defaults].
 
@@ -118,7 +119,8 @@ Examples:
   crowdbake bake crowd.toml -o cast.crowdpack --report bake.json
   crowdbake bake characters/ -o cast.crowdpack --clips '*idle*,*walk*,*run*' --fps 24
   crowdbake bake knight.glb -o knight.crowdpack --lod-ratio 50%,25%,10% --refit   then export --lod all
-  crowdbake bake knight.glb -o knight.crowdpack --px 1@720,1@240,1@80";
+  crowdbake bake knight.glb -o knight.crowdpack --px 1@720,1@240,1@80
+  crowdbake bake fox.glb -o fox.crowdpack --scale 0.01                            a file in centimetres";
 
 const INSPECT_EXAMPLES: &str = "\
 Examples:
@@ -135,8 +137,7 @@ Examples:
   crowdbake export cast.crowdpack --character knight --ratio 0.1 --refit -o knight_10.glb
   crowdbake export cast.crowdpack --character knight --lod all -o knight.glb
                                                           what bake stored: knight.lod1.glb, knight.lod2.glb, ...
-The largest level within the target is written. Where no level is small enough the coarsest one is, with a warning;
-with --strict that is an error.";
+The largest level within the target is written. Where no level is small enough the coarsest one is, with a warning; with --strict that is an error.";
 
 const PICTURE_EXAMPLES: &str = "\
 Examples:
@@ -151,8 +152,7 @@ Examples:
   crowdbake compare knight.glb --quick --ours wedge --peers meshopt-global --ratios 25,5
   crowdbake compare characters/ --json > compared.json
   crowdbake compare characters/ -o docs/benchmarks/levels.md
-Levels are judged in poses that no bake has seen: 24 moments half way between sampled frames, spread over all clips, and
-the pose at rest. Distances are in percent of the diagonal of the character's box.";
+Levels are judged in poses that no bake has seen: 24 moments half way between sampled frames, spread over all clips, and the pose at rest. Distances are in percent of the diagonal of the character's box.";
 
 const REPORT_EXAMPLES: &str = "\
 Examples:
@@ -191,6 +191,12 @@ pub struct BakeOptions {
     /// parts that would be missed), layers (parts that come through each other); may be repeated. 0 minds shape alone.
     #[arg(long, value_parser = parse_attribute_weight, value_name = "NAME=W")]
     pub attribute_weight: Vec<(String, f32)>,
+    /// Bake it F times as large as the file has it: 0.01 for a file in centimetres, whose characters come out as high as houses [default: 1].
+    #[arg(long, value_parser = parse_size_number, value_name = "F", conflicts_with = "height")]
+    pub scale: Option<f32>,
+    /// Bake it so many metres high, in the pose at rest [default: as the file has it].
+    #[arg(long, value_parser = parse_size_number, value_name = "M")]
+    pub height: Option<f32>,
     /// Where the continuous detail ends: once a level has at most so many triangles (40), this share of them (0.5%), or where nothing
     /// may collapse any more (last) [default: 0.5%, not below 16 triangles or 2%; last under peng2011].
     #[arg(long, value_parser = parse_coarsest, value_name = "N|R|last")]
@@ -203,6 +209,13 @@ pub struct BakeOptions {
     /// frames as that allows. 0 keeps what was sampled, bit for bit [default: 0.1].
     #[arg(long, value_parser = parse_animation_error, value_name = "PERCENT")]
     pub animation_error: Option<f32>,
+}
+
+impl BakeOptions {
+    /// How large, where the command line says so.
+    pub fn size(&self) -> Option<SizeAsked> {
+        self.scale.map(SizeAsked::Factor).or(self.height.map(SizeAsked::HeightM))
+    }
 }
 
 /// How joints are stored.
@@ -270,7 +283,7 @@ pub struct LevelOptions {
     #[arg(long, value_delimiter = ',', value_parser = LodTarget::parse_error, value_name = "E,...")]
     pub error: Vec<LodTarget>,
     /// For each P@H the coarsest level that is off by at most P pixels where the character is H pixels high on the screen:
-    /// 1@720,1@240,1@80 gives a chain for a pixel's accuracy. H alone left out is 720.
+    /// 1@720,1@240,1@80 gives a chain for a pixel's accuracy. P alone is P@720.
     #[arg(long, value_delimiter = ',', value_parser = LodTarget::parse_pixels, value_name = "P@H,...")]
     pub px: Vec<LodTarget>,
     /// Move the vertices of discrete levels, and fit their skin weights, so that they lie closest to full detail over the frames.
@@ -404,7 +417,7 @@ pub struct PictureArgs {
     #[arg(value_name = "PACK|ASSET")]
     pub input: PathBuf,
     /// The picture to write.
-    #[arg(short, long, value_parser = output_parser(), value_name = "OUT.png")]
+    #[arg(short, long, value_parser = png_parser(), value_name = "OUT.png")]
     pub output: PathBuf,
     /// The character; may be left out when there is one.
     #[arg(long, value_name = "NAME")]

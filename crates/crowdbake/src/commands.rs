@@ -18,7 +18,9 @@ use crate::picture::{PictureRequest, Pose, draw_picture, refuse_large_picture};
 use crate::plan::{Plan, make_plan};
 use crate::report::{CharacterReport, PackReport, Report, SCHEMA_VERSION, SectionReport, refused_inputs, to_json};
 use crate::report_page::make_page;
+use crate::select_clips::patterns_without_clips;
 use crate::talk::{Loudness, Talk};
+use crate::units::counted;
 use crate::unpack::{Unpacked, choose_character, is_pack, open};
 use crate::{survey, verify};
 use clap::{CommandFactory, Parser};
@@ -112,6 +114,9 @@ fn bake(args: &BakeArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> Result<u8,
         talk.end_progress();
         results
     });
+    for pattern in patterns_without_clips(&plan.entries, &results) {
+        talk.warn(format_args!("clips: `{pattern}` finds no clip in any character"));
+    }
     let entries = std::mem::take(&mut plan.entries);
     let characters: Vec<CharacterReport> =
         entries.iter().zip(&results).map(|(entry, result)| CharacterReport::new(entry, result)).collect();
@@ -184,9 +189,9 @@ fn write_pack(
     }
     let written: WriteReport = contents.write(&args.output).map_err(|error| BakeError::whole(Step::Write, error))?;
     talk.note(format_args!(
-        "{}: {} character(s), {} bytes",
+        "{}: {}, {} bytes",
         args.output.display(),
-        baked.len(),
+        counted(baked.len(), "character"),
         crate::inspect::grouped(written.pack_bytes)
     ));
     let sections = written.sections.into_iter().map(|(name, bytes)| SectionReport { name, bytes });
@@ -315,7 +320,9 @@ fn picture(args: &PictureArgs, talk: &Talk<'_>) -> Result<u8, BakeError> {
 
 fn compare(args: &CompareArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u8, BakeError> {
     let started = Instant::now();
-    let plan = make_plan(&args.inputs, &BakeOptions::default(), None);
+    let mut plan = make_plan(&args.inputs, &BakeOptions::default(), None);
+    // Others simplify the file as it is, so ours do.
+    plan.entries.iter_mut().for_each(|entry| entry.size = None);
     let mut code = say_plan(&plan, talk);
     if let Some(output) = &args.output {
         refuse_inputs(output, &plan.inputs)?;
@@ -364,9 +371,9 @@ fn report(args: &ReportArgs, talk: &mut Talk<'_>) -> Result<u8, BakeError> {
     let page = page?;
     write_whole(&args.output, page.as_bytes())?;
     talk.note(format_args!(
-        "{}: {} character(s), {} bytes",
+        "{}: {}, {} bytes",
         args.output.display(),
-        chosen.len(),
+        counted(chosen.len(), "character"),
         crate::inspect::grouped(page.len() as u64)
     ));
     Ok(DONE)

@@ -1,8 +1,9 @@
 //! Reads and writes `crowd.toml`. Every complaint names its path, as in `characters[1].clips`.
 
-use crate::cli::{MOST_CLIP_WEIGHT, StorageWord, parse_animation_error, weigh_attribute};
+use crate::cli::{MOST_CLIP_WEIGHT, StorageWord, parse_animation_error, parse_size_number, weigh_attribute};
 use crate::lod_target::{LodTarget, coarsest_words, parse_coarsest};
 use crate::plan::{Plan, PlanEntry, criteria_name, frames_name};
+use crate::size::SizeAsked;
 use crate::store_animation::StorageAsked;
 use clap::ValueEnum;
 use crowd_lod::{AttributeWeights, Coarsest, Criteria, FrameChoice};
@@ -31,6 +32,8 @@ pub struct Settings {
     pub lods: Option<Vec<LodTarget>>,
     /// Move their vertices.
     pub refit: Option<bool>,
+    /// How large.
+    pub size: Option<SizeAsked>,
     /// Where the continuous detail ends.
     pub coarsest: Option<Coarsest>,
     /// How joints are stored.
@@ -64,7 +67,7 @@ fn wrong<T>(key: impl Into<String>, problem: impl Into<String>) -> Result<T, Wro
 }
 
 /// Keys that `[defaults]` and `[[characters]]` share.
-const SETTINGS: [&str; 13] = [
+const SETTINGS: [&str; 15] = [
     "fps",
     "criteria",
     "clips",
@@ -78,6 +81,8 @@ const SETTINGS: [&str; 13] = [
     "coarsest",
     "animation_storage",
     "animation_error",
+    "scale",
+    "height",
 ];
 
 /// Reads a manifest's text.
@@ -130,6 +135,7 @@ pub fn read(text: &str) -> Result<CrowdToml, Wrong> {
             attribute_weights: settings.attribute_weights.or(defaults.attribute_weights),
             lods: settings.lods.or_else(|| defaults.lods.clone()),
             refit: settings.refit.or(defaults.refit),
+            size: settings.size.or(defaults.size),
             coarsest: settings.coarsest.or(defaults.coarsest),
             animation_storage: settings.animation_storage.or(defaults.animation_storage),
             animation_error: settings.animation_error.or(defaults.animation_error),
@@ -192,7 +198,7 @@ fn read_settings(table: &Table, key: &str) -> Result<Settings, Wrong> {
     };
     let (clip_weights, lods) = (read_clip_weights(table, key)?, read_lods(table, key)?);
     let attribute_weights = read_attribute_weights(table, key)?;
-    let coarsest = read_coarsest(table, key)?;
+    let (size, coarsest) = (read_size(table, key)?, read_coarsest(table, key)?);
     let (animation_storage, animation_error) = (read_storage(table, key)?, read_animation_error(table, key)?);
     Ok(Settings {
         name,
@@ -204,6 +210,7 @@ fn read_settings(table: &Table, key: &str) -> Result<Settings, Wrong> {
         attribute_weights,
         lods,
         refit,
+        size,
         coarsest,
         animation_storage,
         animation_error,
@@ -226,6 +233,18 @@ fn read_animation_error(table: &Table, key: &str) -> Result<Option<f32>, Wrong> 
         Some(other) => other.to_string(),
     };
     parse_animation_error(&text).map(Some).or_else(|problem| wrong(format!("{key}.animation_error"), problem))
+}
+
+/// `scale` or `height`, not both.
+fn read_size(table: &Table, key: &str) -> Result<Option<SizeAsked>, Wrong> {
+    let number = |field: &str| {
+        let Some(value) = table.get(field) else { return Ok(None) };
+        parse_size_number(&value.to_string()).map(Some).or_else(|problem| wrong(format!("{key}.{field}"), problem))
+    };
+    match (number("scale")?, number("height")?) {
+        (Some(_), Some(_)) => wrong(format!("{key}.height"), "found beside scale, allowed one of the two"),
+        (factor, height) => Ok(factor.map(SizeAsked::Factor).or(height.map(SizeAsked::HeightM))),
+    }
 }
 
 /// A number of triangles, or a word as on the command line.
@@ -355,6 +374,7 @@ pub fn write(plan: &Plan) -> String {
          frames = {}  # auto, all or bind\n# clip_weights = {{ Walk = 2.0 }}  # default: all count alike\n\
          # attribute_weights = {{ uv = 2.0 }}  # uv, normal, color, layers; default: 1\n\
          # lod_ratio = [\"50%\", \"25%\"]  # discrete levels; also error = [\"5mm\"], px = [\"1@240\"], refit = true\n\
+         # scale = 0.01  # times the file's size; or height = 1.8, metres at rest; default: as the file has it\n\
          # coarsest = \"0.5%\"  # where the continuous detail ends: triangles, a share, or \"last\"; default: where it is useful\n\
          # animation_storage = \"quantized\"  # auto, f32, f16 or quantized; animation_error = 0.1, in percent of the height\n",
         text(layout),
@@ -388,6 +408,11 @@ pub fn write(plan: &Plan) -> String {
             out.push_str(&format!(
                 "attribute_weights = {{ uv = {uv:?}, normal = {normal:?}, color = {color:?}, layers = {layers:?} }}\n"
             ));
+        }
+        match entry.size {
+            Some(SizeAsked::Factor(factor)) => out.push_str(&format!("scale = {factor:?}\n")),
+            Some(SizeAsked::HeightM(height_m)) => out.push_str(&format!("height = {height_m:?}\n")),
+            None => {}
         }
         if let Some(coarsest) = entry.coarsest {
             out.push_str(&format!("coarsest = {}\n", text(&coarsest_words(coarsest))));
@@ -451,6 +476,9 @@ mod tests {
             (&format!("{character}refit = 1"), "characters[0].refit"),
             (&format!("{character}coarsest = '2 feet'"), "characters[0].coarsest"),
             (&format!("{character}coarsest = -1"), "characters[0].coarsest"),
+            (&format!("{character}scale = 0"), "characters[0].scale"),
+            (&format!("{character}height = 'tall'"), "characters[0].height"),
+            (&format!("{character}height = 2\nscale = 2"), "characters[0].height"),
             ("[[characters]]\nname = 'x'", "characters[0].source"),
             (&format!("{character}{character}clips = 'Walk'"), "characters[1].clips"),
             (&format!("{character}{character}clips = ['a', 3]"), "characters[1].clips[1]"),
@@ -477,6 +505,7 @@ mod tests {
             clips: Some(vec!["Walk*".to_owned()]),
             frames: FrameChoice::Bind,
             coarsest: Some(Coarsest::Share(0.0125)),
+            size: Some(SizeAsked::Factor(0.01)),
             clip_weights: vec![("Run \"fast\"".to_owned(), 0.25), ("Walk".to_owned(), 3.0)],
             attribute_weights: AttributeWeights { uv: 2.5, layers: 0.0, ..AttributeWeights::default() },
             levels: LevelsAsked {
@@ -500,6 +529,7 @@ mod tests {
         assert_eq!(second.frames, Some(FrameChoice::Bind));
         assert_eq!(second.lods.as_ref(), Some(&plan.entries[1].levels.targets));
         assert_eq!((second.refit, second.coarsest), (Some(true), Some(Coarsest::Share(0.0125))));
+        assert_eq!(second.size, Some(SizeAsked::Factor(0.01)));
         assert_eq!(second.attribute_weights, Some(plan.entries[1].attribute_weights));
         assert_eq!(second.clip_weights.as_deref(), Some(&plan.entries[1].clip_weights[..]));
     }

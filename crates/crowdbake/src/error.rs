@@ -1,5 +1,6 @@
 //! Why a command failed, wrapped once: the step, the character and the cause.
 
+use crate::units::counted;
 use std::path::PathBuf;
 
 /// Exit code: everything was done.
@@ -142,7 +143,7 @@ pub enum Cause {
     #[error(transparent)]
     Plan(#[from] crate::plan::PlanError),
     /// `--clips` or `clips = [...]` asks for what is not there.
-    #[error("clip `{asked}`: found {found}, allowed one of the character's own clips")]
+    #[error("clip `{asked}`: no clip of that name; the character has {found}")]
     ClipNotFound {
         /// Name or pattern asked for.
         asked: String,
@@ -161,8 +162,16 @@ pub enum Cause {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// A size was asked for that a character cannot have.
+    #[error(
+        "--scale or --height: {factor} times the file's size, allowed a number with which all lies within 1000000 m"
+    )]
+    Resize {
+        /// What the file's lengths would be multiplied by.
+        factor: f32,
+    },
     /// `--strict` and the file was repaired.
-    #[error("{} warning(s) with --strict; the first: {}", .warnings.len(), .warnings.first().map_or("", |w| w.as_str()))]
+    #[error("{} with --strict; the first: {}", counted(.warnings.len(), "warning"), .warnings.first().map_or("", |w| w.as_str()))]
     Warned {
         /// The warnings, as sentences.
         warnings: Vec<String>,
@@ -268,7 +277,7 @@ pub enum Cause {
         triangles: usize,
     },
     /// Nothing could be baked.
-    #[error("none of the {count} input(s) could be baked; no pack was written")]
+    #[error("nothing of {} could be baked; no pack was written", counted(*.count, "input"))]
     NothingBaked {
         /// Inputs tried.
         count: usize,

@@ -31,6 +31,7 @@ pub mod pose;
 pub mod report;
 pub mod report_page;
 mod select_clips;
+pub mod size;
 pub mod store_animation;
 mod surface_warnings;
 pub mod survey;

@@ -4,6 +4,7 @@ use crate::bake_levels::LevelsAsked;
 use crate::cli::{BakeOptions, CriteriaWord, DEFAULT_FPS, FramesWord, LayoutWord, LevelOptions, StorageWord};
 use crate::crowd_toml::{self, Settings};
 use crate::error::{BakeError, Cause, Step};
+use crate::size::SizeAsked;
 use crate::store_animation::StorageAsked;
 use crowd_lod::{AttributeWeights, Coarsest, Criteria, FrameChoice};
 use crowd_pack::{AnimationLayout, JointStorage, ManifestTarget};
@@ -60,6 +61,8 @@ pub struct PlanEntry {
     pub attribute_weights: AttributeWeights,
     /// Discrete levels.
     pub levels: LevelsAsked,
+    /// How large; `None` for as the file has it.
+    pub size: Option<SizeAsked>,
     /// Where the continuous detail ends; `None` where that is useful, see [`PlanEntry::coarsest`].
     pub coarsest: Option<Coarsest>,
     /// How animation is stored.
@@ -354,6 +357,7 @@ fn entry_of(found: Found, options: &BakeOptions) -> PlanEntry {
         clips: options.clips.clone().or(found.settings.clips),
         frames: frames.or(found.settings.frames).unwrap_or_default(),
         clip_weights: clip_weights.or(found.settings.clip_weights).unwrap_or_default(),
+        size: options.size().or(found.settings.size),
         coarsest: options.coarsest.or(found.settings.coarsest),
         storage: StorageAsked {
             storage: options.animation_storage.or(found.settings.animation_storage).and_then(StorageWord::storage),

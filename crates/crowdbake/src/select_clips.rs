@@ -1,8 +1,10 @@
 //! Which clips a bake keeps, and which a weight is for: by name or pattern.
 
+use crate::bake::BakedCharacter;
+use crate::error::{BakeError, Cause};
+use crate::plan::PlanEntry;
 use crowd_source::RawClip;
-
-use crate::error::Cause;
+use std::collections::BTreeSet;
 
 /// Clips whose name equals one of `patterns` or matches it. A name must be there. A pattern may match nothing, as one list serves
 /// characters of many hands, as long as another keeps a clip.
@@ -21,6 +23,27 @@ pub(crate) fn select_clips(clips: Vec<RawClip>, patterns: &[String]) -> Result<V
         Some(cause) if !kept.contains(&true) => Err(cause),
         _ => Ok(clips.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|(clip, _)| clip).collect()),
     }
+}
+
+/// Patterns that found no clip in any of the characters that were to keep what they find; none of those of a character that was refused, whose
+/// clips are not known.
+pub(crate) fn patterns_without_clips(
+    entries: &[PlanEntry],
+    results: &[Result<BakedCharacter, BakeError>],
+) -> BTreeSet<String> {
+    let mut idle = BTreeSet::new();
+    let mut useful = BTreeSet::new();
+    for (entry, result) in entries.iter().zip(results) {
+        for asked in entry.clips.iter().flatten().filter(|asked| is_pattern(asked)) {
+            let found = result.as_ref().map(|baked| {
+                let names = baked.raw.clips.iter().map(|clip| clip.name.as_str());
+                matching_clips(names, asked).is_ok()
+            });
+            let set = if found.unwrap_or(true) { &mut useful } else { &mut idle };
+            set.insert(asked.clone());
+        }
+    }
+    &idle - &useful
 }
 
 /// Whether `asked` stands for more than one name.

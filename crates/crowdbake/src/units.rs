@@ -27,6 +27,11 @@ pub(crate) fn percent(share: f64) -> String {
     format!("{text} %")
 }
 
+/// A count and what is counted: `1 clip`, `3 clips`.
+pub(crate) fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -35,6 +40,11 @@ mod tests {
     fn lengths_choose_their_unit() {
         let found = [1.715, 0.0123, 0.000_46, 0.000_004_6, 1e-8, 0.25, f32::INFINITY].map(length);
         assert_eq!(found, ["1.72 m", "12.3 mm", "0.46 mm", "4.6 µm", "0 mm", "250 mm", "-"]);
+    }
+
+    #[test]
+    fn one_is_not_many() {
+        assert_eq!([0, 1, 2].map(|n| counted(n, "clip")), ["0 clips", "1 clip", "2 clips"]);
     }
 
     #[test]

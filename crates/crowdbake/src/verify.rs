@@ -5,6 +5,7 @@
 use crate::measure_levels::{LevelShape, MeasuredFrames, measure_levels};
 use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crate::pose::{Mat3x4, pose_positions};
+use crate::units::{counted, length};
 use crate::unpack::Unpacked;
 use crowd_pack::{ImpostorRecord, LevelRecord, LodRecord, ManifestMeasured, PackContents, vertex_class};
 use rayon::prelude::*;
@@ -70,7 +71,7 @@ fn check_images(contents: &PackContents) -> Check {
     };
     let result: Result<Vec<()>, String> = (0..contents.images.len()).into_par_iter().map(decode).collect();
     let (passed, detail) = match result {
-        Ok(images) => (true, format!("{} image(s) decode", images.len())),
+        Ok(images) => (true, format!("{} decode", counted(images.len(), "image"))),
         Err(problem) => (false, problem),
     };
     Check { character: String::new(), check: "images-decode", passed, detail }
@@ -98,7 +99,7 @@ fn check_impostors(contents: &PackContents) -> Check {
     };
     let result: Result<Vec<u64>, String> = contents.impostors.par_iter().enumerate().map(decode).collect();
     let (passed, detail) = match result {
-        Ok(tiles) => (true, format!("{} tile(s) decode", tiles.iter().sum::<u64>())),
+        Ok(tiles) => (true, format!("{} decode", counted(tiles.iter().sum::<u64>() as usize, "tile"))),
         Err(problem) => (false, problem),
     };
     Check { character: String::new(), check: "impostors-decode", passed, detail }
@@ -339,7 +340,7 @@ fn check_errors(character: &Unpacked<'_>) -> Result<String, String> {
             ));
         }
     }
-    Ok(format!("{} levels on {} frames, at most {largest:.2e} m apart", promised.len(), frames.all().count()))
+    Ok(format!("{} levels on {} frames, at most {} apart", promised.len(), frames.all().count(), length(largest)))
 }
 
 /// Palettes of the frames measured, in their order.

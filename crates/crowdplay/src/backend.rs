@@ -135,11 +135,17 @@ impl Backend {
         }
     }
 
-    /// Draws a frame and waits for it.
-    pub fn draw(&mut self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> Result<FrameTotals> {
+    /// Draws a frame and waits for it. `watch`: see [`CpuBackend::draw`].
+    pub fn draw(
+        &mut self,
+        crowd: &Crowd,
+        config: &FrameConfig,
+        options: DrawOptions,
+        watch: &mut dyn FnMut(f64),
+    ) -> Result<FrameTotals> {
         match self {
             Self::Gpu(gpu) => gpu.draw(config, options),
-            Self::Cpu(cpu) => Ok(cpu.draw(crowd, config, options)),
+            Self::Cpu(cpu) => Ok(cpu.draw(crowd, config, options, watch)),
         }
     }
 
@@ -189,10 +195,12 @@ impl Backend {
         crowd: &Crowd,
         detail: &DetailPlan,
         limit_bytes: u64,
+        has_reference: bool,
         budget: Option<u32>,
     ) -> Result<Option<u32>> {
+        let draws = (vec![detail.draw], has_reference);
         match self {
-            Self::Gpu(gpu) => gpu.fit_memory(crowd, detail, limit_bytes, vec![detail.draw], budget).map(Some),
+            Self::Gpu(gpu) => gpu.fit_memory(crowd, detail, limit_bytes, draws, budget).map(Some),
             Self::Cpu(_) => Ok(None),
         }
     }

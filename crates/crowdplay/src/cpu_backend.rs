@@ -41,7 +41,7 @@ impl CpuBackend {
         if pixels[0] * pixels[1] > MOST_PIXELS {
             return Err(Error::Parameter {
                 option: "--size",
-                found: format!("{}x{} with {samples} sample(s) a pixel", size[0], size[1]),
+                found: format!("{}x{} with --msaa {samples}", size[0], size[1]),
                 allowed: format!("up to {} pixels on the CPU", MOST_PIXELS / u64::from(factor * factor)),
             });
         }
@@ -64,8 +64,14 @@ impl CpuBackend {
         }
     }
 
-    /// Draws a frame.
-    pub fn draw(&mut self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> FrameTotals {
+    /// Draws a frame; tells `watch` now and then which share of its people is drawn.
+    pub fn draw(
+        &mut self,
+        crowd: &Crowd,
+        config: &FrameConfig,
+        options: DrawOptions,
+        watch: &mut dyn FnMut(f64),
+    ) -> FrameTotals {
         let start = Instant::now();
         let frame = self.levels.select(crowd, config, options);
         let selected = Instant::now();
@@ -84,6 +90,7 @@ impl CpuBackend {
             let taken = batch.fill(&crowd.data, &crowd.instances, &frame, rest, config.time_s, &self.materials);
             crowd_raster::draw(&mut self.target, &view, &batch.as_batch(&self.textures));
             rest = &rest[taken..];
+            watch(1.0 - rest.len() as f64 / drawn.len() as f64);
         }
         self.draw_points(crowd, &frame, &view, config.time_s);
         crowd_raster::draw_fog(&mut self.target, &view, config.fog_per_m);

@@ -102,7 +102,12 @@ const WALKABLE_BYTES: u64 = 4 << 20;
 
 /// Opens and checks a pack.
 pub fn open_pack(path: &Path) -> Result<Pack> {
-    Pack::open(path).map_err(|source| Error::Pack { path: path.to_owned(), source })
+    Pack::open(path).map_err(|source| {
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let is_asset = path.is_file() && ["glb", "gltf", "obj", "toml"].contains(&ending.as_str());
+        let path = path.to_owned();
+        if is_asset { Error::NotBaked { path } } else { Error::Pack { path, source } }
+    })
 }
 
 /// Makes the crowd: decodes textures, resolves names, places instances. `aspect`: width over height of the picture.
@@ -110,10 +115,12 @@ pub fn open_pack(path: &Path) -> Result<Pack> {
 /// # Errors
 /// [`Error::Parameter`] for a character or clip the pack does not have, [`Error::Scene`] for a refused layout file.
 pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
-    let mut data = CrowdData::from_pack(pack, plan.texture_side)?;
+    // What nobody will be takes neither time nor memory.
+    let mut data = match plan.impostors {
+        ImpostorsPlan::Off => CrowdData::without_impostors(pack, plan.texture_side)?,
+        _ => CrowdData::from_pack(pack, plan.texture_side)?,
+    };
     let lacks_impostors = plan.impostors == ImpostorsPlan::Asked && data.impostors.is_none();
-    // What nobody will be takes no memory.
-    data.impostors = data.impostors.filter(|_| plan.impostors != ImpostorsPlan::Off);
     if plan.measures_speeds {
         data.clip_speeds = cpu::clip_speeds(&data);
     }

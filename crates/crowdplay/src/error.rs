@@ -17,6 +17,12 @@ pub enum Error {
         /// Why.
         source: crowd_pack::Error,
     },
+    /// An asset was given where a pack is needed.
+    #[error("{path}: an asset, and a pack is needed; `crowdbake bake {path} -o {pack}` makes one", path = path.display(), pack = path.with_extension("crowdpack").display())]
+    NotBaked {
+        /// The file.
+        path: PathBuf,
+    },
     /// A layout or a camera path was refused.
     #[error("{path}: {problem}", path = path.display())]
     Scene {
@@ -70,7 +76,7 @@ pub enum Error {
         table: String,
     },
     /// Conditions of a bench do not hold.
-    #[error("{missed} of {of} condition(s) do not hold")]
+    #[error("conditions that do not hold: {missed} of {of}")]
     Missed {
         /// How many.
         missed: usize,
@@ -104,7 +110,7 @@ impl Error {
     /// The exit code: whose fault it was.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Pack { .. } | Self::Scene { .. } => EXIT_INPUT,
+            Self::Pack { .. } | Self::NotBaked { .. } | Self::Scene { .. } => EXIT_INPUT,
             Self::Stages(
                 crowd_stages::Error::NoAdapter(_)
                 | crowd_stages::Error::Limit { .. }

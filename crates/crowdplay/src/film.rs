@@ -14,6 +14,41 @@ pub fn is_film(path: &Path) -> bool {
     ending.is_some_and(|ending| ENDINGS.iter().any(|film| film.eq_ignore_ascii_case(ending)))
 }
 
+/// How the names of unfinished films begin.
+const PREFIX: &str = ".crowdplay-";
+
+/// A file of its own for ffmpeg to write, and the lock on it.
+fn begin_file(
+    builder: &tempfile::Builder<'_, '_>,
+    folder: &Path,
+) -> std::io::Result<(std::fs::File, tempfile::TempPath)> {
+    loop {
+        let (file, path) = builder.tempfile_in(folder)?.into_parts();
+        // Where there are no locks, nobody takes what another one writes for a leftover.
+        let _ = file.try_lock();
+        // In the moment before, another process may have found it unlocked.
+        if path.exists() {
+            return Ok((file, path));
+        }
+    }
+}
+
+/// Removes unfinished films of processes that were killed: those that nobody holds. What cannot be removed stays.
+fn remove_leftovers(folder: &Path) {
+    let Ok(files) = std::fs::read_dir(folder) else { return };
+    for path in files.filter_map(|file| Some(file.ok()?.path())) {
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        if name.starts_with(PREFIX)
+            && is_film(&path)
+            && path.symlink_metadata().is_ok_and(|found| found.is_file())
+            && let Ok(file) = std::fs::OpenOptions::new().write(true).open(&path)
+            && file.try_lock().is_ok()
+        {
+            let _ = std::fs::remove_file(&path);
+        }
+    }
+}
+
 /// A film being made. Dropped before its end, it leaves nothing behind.
 pub struct Film {
     /// Ends before what it writes is removed.
@@ -21,6 +56,8 @@ pub struct Film {
     path: PathBuf,
     /// What ffmpeg writes; renamed at the end.
     unfinished: tempfile::TempPath,
+    /// Held as long as somebody makes the film: what nobody holds was left by a process that was killed.
+    lock: std::fs::File,
     /// What it complains of.
     said: std::fs::File,
 }
@@ -48,15 +85,16 @@ impl Film {
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         // ffmpeg knows the format by the ending.
         let suffix = format!(".{ending}");
+        remove_leftovers(folder);
         let mut builder = tempfile::Builder::new();
-        builder.prefix(".crowdplay-").suffix(&suffix);
+        builder.prefix(PREFIX).suffix(&suffix);
         #[cfg(unix)]
         {
             // Like any file a program makes: the umask decides, not the temporary file's 0600.
             use std::os::unix::fs::PermissionsExt;
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
-        let unfinished = builder.tempfile_in(folder).map_err(refused)?.into_temp_path();
+        let (lock, unfinished) = begin_file(&builder, folder).map_err(refused)?;
         let said = tempfile::tempfile().map_err(refused)?;
         let rate_hz = if dt_s > 0.0 { (1.0 / dt_s).clamp(0.01, 1000.0) } else { 30.0 };
         let mut command = Command::new("ffmpeg");
@@ -72,7 +110,7 @@ impl Film {
             what: format!("a film needs ffmpeg, which does not start: {error}"),
             remedy: "install it, or write pictures (--out frame-%04d.png)",
         })?;
-        Ok(Self { ffmpeg: Ffmpeg(ffmpeg), path: path.to_owned(), unfinished, said })
+        Ok(Self { ffmpeg: Ffmpeg(ffmpeg), path: path.to_owned(), unfinished, lock, said })
     }
 
     /// Adds a frame.
@@ -94,8 +132,10 @@ impl Film {
             Ok(status) if status.success() => {}
             _ => return Err(self.failure()),
         }
-        let Self { path, unfinished, .. } = self;
-        unfinished.persist(&path).map_err(|error| Error::Output { path, source: error.error })
+        let Self { path, unfinished, lock, .. } = self;
+        let persisted = unfinished.persist(&path).map_err(|error| Error::Output { path, source: error.error });
+        drop(lock);
+        persisted
     }
 
     fn failure(&mut self) -> Error {
@@ -113,6 +153,22 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_killed_processes_left_is_removed_and_what_is_being_made_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let others = [".crowdplay-note.txt", "film.mp4", "crowdplay-x.mp4"].map(|name| folder.path().join(name));
+        let left = folder.path().join(".crowdplay-abc123.mp4");
+        others.iter().chain([&left]).for_each(|path| std::fs::write(path, "x").unwrap());
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(PREFIX).suffix(".mkv");
+        let (lock, made) = begin_file(&builder, folder.path()).unwrap();
+        remove_leftovers(folder.path());
+        assert!(!left.exists() && made.exists() && others.iter().all(|path| path.exists()));
+        drop(lock);
+        remove_leftovers(folder.path());
+        assert!(!made.exists(), "nobody makes it any more");
+    }
 
     #[test]
     fn films_are_known_by_their_ending() {

@@ -19,6 +19,8 @@ pub struct GpuBackend {
     simulation: Option<Simulation>,
     canvas: Canvas,
     samples: u32,
+    /// The reference camera has been or will be looked through.
+    has_reference: bool,
 }
 
 impl GpuBackend {
@@ -40,7 +42,7 @@ impl GpuBackend {
         renderer.set_scenery(&gpu.device, &gpu.queue, vertices, triangles)?;
         let canvas = Canvas::new(&gpu.device, size, format)?;
         let simulation = Simulation::of(&gpu, &mut renderer, crowd)?;
-        Ok(Self { gpu, renderer, simulation, canvas, samples })
+        Ok(Self { gpu, renderer, simulation, canvas, samples, has_reference: false })
     }
 
     /// Other instances than before, at most as many as the crowd had first.
@@ -123,6 +125,7 @@ impl GpuBackend {
 
     /// What another camera sees of the newest frame: `seen` is the frame's, `reference` the other one's.
     pub fn reference_picture(&mut self, configs: [&FrameConfig; 2], options: DrawOptions) -> Result<Picture> {
+        self.has_reference = true;
         let Self { gpu, renderer, canvas, .. } = self;
         draw_reference(gpu, renderer, canvas.size, canvas.format, configs, options)
     }
@@ -147,7 +150,13 @@ impl GpuBackend {
         Ok(self.renderer.water_bits(&self.gpu.device, &self.gpu.queue)?)
     }
 
-    /// Makes room for the largest budget that fits so many bytes beside everything else that `draws` need, or for `budget`.
+    /// The one that is drawn into, and while it is read the one that the reference camera's picture is drawn into.
+    fn canvas_count(&self) -> u64 {
+        1 + u64::from(self.has_reference)
+    }
+
+    /// Makes room for the largest budget that fits so many bytes beside everything else that `draws` need, or for `budget`; with
+    /// `has_reference` beside a second picture for the reference camera.
     ///
     /// # Errors
     /// [`Error::Memory`] when that, or the least budget, does not fit.
@@ -156,20 +165,21 @@ impl GpuBackend {
         crowd: &Crowd,
         detail: &DetailPlan,
         limit_bytes: u64,
-        draws: Vec<DrawOptions>,
+        (draws, has_reference): (Vec<DrawOptions>, bool),
         budget: Option<u32>,
     ) -> Result<u32> {
-        let Self { gpu, renderer, canvas, samples, simulation } = self;
-        let beside = simulation.as_ref().map(|simulation| ("simulator", simulation.gpu_bytes()));
-        let beside = [("picture", canvas.bytes())].into_iter().chain(beside).collect();
-        let room = Room::new(limit_bytes, crowd, detail, draws, beside, (canvas.format, *samples));
+        self.has_reference = has_reference;
+        let canvases = self.canvas_count();
+        let Self { gpu, renderer, canvas, samples, simulation, .. } = self;
+        let beside = simulation.as_ref().map(|simulation| ("simulator", simulation.gpu_bytes())).into_iter().collect();
+        let room = Room::new(limit_bytes, crowd, detail, draws, (beside, canvases), (canvas.format, *samples));
         room.fit(gpu, renderer, canvas.size, budget)
     }
 
     /// Bytes of GPU memory by what they are for.
     pub fn memory(&self) -> Parts {
         let mut parts: Parts = self.renderer.memory().parts().to_vec();
-        parts.push(("picture", self.canvas.bytes()));
+        parts.push(("picture", self.canvas_count() * self.canvas.bytes()));
         parts.extend(self.simulation.as_ref().map(|simulation| ("simulator", simulation.gpu_bytes())));
         parts
     }
@@ -247,7 +257,7 @@ pub fn check_size(device: &wgpu::Device, size: [u32; 2], samples: u32) -> Result
     if u64::from(width) * u64::from(height) * u64::from(samples) > MOST_SAMPLES {
         let fewer = if samples > 1 { "; more with --msaa 1" } else { "" };
         return refused(
-            format!("{width}x{height} with {samples} sample(s) a pixel"),
+            format!("{width}x{height} with --msaa {samples}"),
             format!("up to {} pixels{fewer}", MOST_SAMPLES / u64::from(samples.max(1))),
         );
     }
@@ -260,6 +270,15 @@ pub fn wait(device: &wgpu::Device) -> Result<()> {
         what: format!("the GPU stopped: {e}"),
         remedy: "try fewer instances, or --backend cpu",
     })
+}
+
+/// Bytes of a canvas of so many pixels: of the texture, and of the buffer that its pixels are read back through.
+pub fn canvas_bytes([width, height]: [u32; 2]) -> u64 {
+    (4 * u64::from(width) + u64::from(row_bytes(width))) * u64::from(height)
+}
+
+fn row_bytes(width: u32) -> u32 {
+    (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
 }
 
 /// A texture to draw into and read back.
@@ -318,20 +337,15 @@ impl Canvas {
         &self.texture
     }
 
-    /// Bytes of the texture, and of the buffer that its pixels are read back through.
+    /// As [`canvas_bytes`] says.
     pub fn bytes(&self) -> u64 {
-        let height = u64::from(self.size[1]);
-        4 * u64::from(self.size[0]) * height + u64::from(self.row_bytes()) * height
-    }
-
-    fn row_bytes(&self) -> u32 {
-        (4 * self.size[0]).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+        canvas_bytes(self.size)
     }
 
     /// Copies the pixels out; waits.
     pub fn read(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Picture> {
         let [width, height] = self.size;
-        let row_bytes = self.row_bytes();
+        let row_bytes = row_bytes(width);
         let descriptor = wgpu::BufferDescriptor {
             label: Some("canvas read-back"),
             size: u64::from(row_bytes) * u64::from(height),

@@ -7,6 +7,7 @@ use crate::governor::Governor;
 use crate::memory::table;
 use crate::picture::{write_file, write_stdout};
 use crate::plan::{DetailPlan, HeadlessPlan, PictureName, Plan};
+use crate::progress::Progress;
 use crate::stats::{self, Frame, Report, Timings, skinning_words};
 use crate::view::{self, Viewer, frame_config};
 use crate::{Error, Result, Talk};
@@ -35,7 +36,7 @@ pub fn render(
     if let Some(limit_bytes) = plan.machine.vram_bytes {
         // With a target the budget is only where it begins.
         let kept = detail.budget.filter(|_| detail.target_ms.is_none());
-        let fitted = backend.fit_memory(crowd, &detail, limit_bytes, kept)?;
+        let fitted = backend.fit_memory(crowd, &detail, limit_bytes, plan.reference_camera, kept)?;
         most = fitted.unwrap_or(most);
         // A target begins at the usual budget and rises to what fits.
         budget = if detail.target_ms.is_some() { budget.min(most) } else { most };
@@ -63,6 +64,7 @@ pub fn render(
         warnings.push(message.to_owned());
     }
     let mut recording = None;
+    let mut progress = Progress::new(headless.frames);
     for number in 0..headless.frames {
         let time_s = headless.start_s + number as f32 * headless.dt_s;
         let camera = viewer.at(time_s);
@@ -76,7 +78,12 @@ pub fn render(
         }
         backend.bake(crowd, &config, detail.draw)?;
         let start = Instant::now();
-        let totals = backend.draw(crowd, &config, detail.draw)?;
+        let mut watch = |share| {
+            if let Some(word) = progress.word(number, share) {
+                talk.say(&word);
+            }
+        };
+        let totals = backend.draw(crowd, &config, detail.draw, &mut watch)?;
         let frame_ms = start.elapsed().as_secs_f32() * 1e3;
         let frame = Frame::new(number, time_s, budget, totals, frame_ms, &backend.timings_ms());
         let frame = Frame { simulate_ms, ..frame };
@@ -112,6 +119,9 @@ pub fn render(
                 (None, None) => write_stdout(stdout, &png)?,
             }
         }
+        if let Some(word) = progress.word(number, 1.0) {
+            talk.say(&word);
+        }
     }
     if let (Some(film), Some(PictureName::Film(path))) = (film, &headless.out) {
         film.end()?;
@@ -123,6 +133,9 @@ pub fn render(
     }
     write_recording(plan, recording.as_ref())?;
     say_what_came_out(headless, crowd, &frames, &pictures, (budget, detail.budget_in), talk);
+    if headless.out.is_none() && plan.report.is_none() && plan.record_camera.is_none() {
+        talk.say("nothing was written; --out picture.png or --report stats.json does");
+    }
     if plan.machine.vram_bytes.is_some() && backend.word() == "gpu" {
         talk.say(&format!("GPU memory by part:{}", table(&backend.memory())));
     }
@@ -175,7 +188,8 @@ fn say_what_came_out(
         budget_in.name()
     ));
     let times = Timings::of(frames).frame_ms;
-    talk.say(&format!("{} frame(s), median {:.1} ms, p95 {:.1} ms", headless.frames, times.median, times.p95));
+    let (frames, ends) = (headless.frames, if headless.frames == 1 { "" } else { "s" });
+    talk.say(&format!("{frames} frame{ends}, median {:.1} ms, p95 {:.1} ms", times.median, times.p95));
     match pictures {
         [] => {}
         [only] => talk.say(&format!("wrote {only}")),

@@ -23,6 +23,7 @@ pub mod output_paths;
 pub mod overlay;
 pub mod picture;
 pub mod plan;
+pub mod progress;
 pub mod scenery;
 pub mod schedules;
 pub mod simulation;

@@ -8,7 +8,7 @@
 
 use super::rows::Rows;
 use super::table::{parse_id, parse_number};
-use crate::text::wrong;
+use crate::text::{wrong, wrong_count};
 use crate::{Error, Result};
 
 /// Reads the text. `frame_rate_hz`: for files that do not say theirs.
@@ -29,7 +29,7 @@ pub(super) fn read(text: &str, frame_rate_hz: Option<f64>) -> Result<Rows> {
         let Some(id) = words.next() else { continue };
         let (Some(frame), Some(x), Some(y)) = (words.next(), words.next(), words.next()) else {
             let count = line.split('#').next().unwrap_or("").split_whitespace().count();
-            return Err(wrong(line_number, &format!("{count} words"), "at least 4: id frame x y"));
+            return Err(wrong_count(line_number, count, "at least 4: id frame x y"));
         };
         let frame = parse_number(line_number, "frame", frame)?;
         let place = [parse_number(line_number, "x", x)? * metres, parse_number(line_number, "y", y)? * metres];

@@ -172,7 +172,7 @@ fn refusals_name_the_line_and_what_was_found() {
         ("id,time,x,y\n1,0,0,0\n2,0,9e8,0\n", "m from one end to the other"),
         ("1 0 1 2 0\n", "heading: found no frame rate, expected a line such as `# framerate: 16 fps`"),
         ("# framerate: 0 fps\n1 0 1 2 0\n", "line 1: found `0`, expected frames a second"),
-        ("# framerate: 5 fps\n1 0 1\n", "line 2: found `3 words`, expected at least 4"),
+        ("# framerate: 5 fps\n1 0 1\n", "line 2: found 3 words, expected at least 4"),
         ("# framerate: 5 fps\n1 0 1 x 0\n", "line 2: found `x`, expected y, a finite number"),
         (
             "pedestrianId simTime endTime-PID1 startX-PID1 startY-PID1 endX-PID1 endY-PID1\n1 2 1 0 0 0 0\n",

@@ -13,6 +13,16 @@ pub(super) fn output_parser() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
+/// A file to write, for PNG alone: pixels of one format under the ending of another open nowhere.
+pub(super) fn png_parser() -> impl TypedValueParser<Value = PathBuf> {
+    output_parser().try_map(|path: PathBuf| {
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let other =
+            matches!(ending.as_str(), "jpg" | "jpeg" | "webp" | "gif" | "bmp" | "tif" | "tiff" | "tga" | "svg" | "pdf");
+        if other { Err(format!("found .{ending}, allowed .png: only PNG is written")) } else { Ok(path) }
+    })
+}
+
 /// A file to write or a folder, for binary glTF alone.
 pub(super) fn glb_parser() -> impl TypedValueParser<Value = PathBuf> {
     output_parser().try_map(|path: PathBuf| {
@@ -47,6 +57,12 @@ pub(super) fn parse_between(text: &str, most: f32) -> Result<f32, String> {
     } else {
         Err(format!("found {number}, allowed -{most} to {most}"))
     }
+}
+
+/// Times the file's size, or metres: from a millionth to a million.
+pub(crate) fn parse_size_number(text: &str) -> Result<f32, String> {
+    let number: f32 = text.trim().parse().map_err(|_| format!("found {text}, allowed a number"))?;
+    if (1e-6..=1e6).contains(&number) { Ok(number) } else { Err(format!("found {text}, allowed 0.000001 to 1000000")) }
 }
 
 /// `CLIP=W`; the name may hold `=` itself.

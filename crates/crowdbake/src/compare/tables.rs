@@ -4,6 +4,7 @@ use super::bars::Bar;
 use super::metrics::{METRICS, Metric};
 use super::published::PublishedCell;
 use super::scores::{CharacterScores, Comparison, Means, Score};
+use crate::units::counted;
 use std::fmt::Write;
 
 /// A table: headings and rows of cells.
@@ -20,8 +21,8 @@ pub(crate) fn to_text(comparison: &Comparison) -> String {
         out += &aligned(&character_table(character));
         out.push('\n');
     }
-    let count = comparison.characters.len();
-    let _ = writeln!(out, "geometric means over {count} character(s), where the target was reached");
+    let count = counted(comparison.characters.len(), "character");
+    let _ = writeln!(out, "geometric means over {count}, where the target was reached");
     out += &aligned(&means_table(&comparison.means));
     if !comparison.bars.is_empty() {
         out += "\nbars: ours divided by theirs\n";

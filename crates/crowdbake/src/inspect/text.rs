@@ -1,6 +1,7 @@
 //! An inspection as text for people.
 
 use super::{CharacterInspection, Inspection, MeasuredInspection};
+use crate::units::counted;
 use std::fmt::Write;
 
 /// The document as a text for people. Writing to a `String` cannot fail, so the results of `write!` are not looked at.
@@ -8,9 +9,10 @@ pub fn to_text(inspection: &Inspection) -> String {
     let mut out = String::new();
     let _ = write!(out, "{}: {}, {} bytes", inspection.file, inspection.kind, grouped(inspection.bytes));
     if let (Some(generator), Some(layout)) = (&inspection.generator, inspection.animation_layout) {
-        let _ = write!(out, ", {} character(s), matrices {layout}, by {generator}", inspection.characters.len());
+        let _ =
+            write!(out, ", {}, matrices {layout}, by {generator}", counted(inspection.characters.len(), "character"));
     }
-    let _ = writeln!(out, ", {} image(s) of {} bytes", inspection.images, grouped(inspection.image_bytes));
+    let _ = writeln!(out, ", {} of {} bytes", counted(inspection.images, "image"), grouped(inspection.image_bytes));
     for character in &inspection.characters {
         write_character(&mut out, character);
     }
@@ -62,7 +64,12 @@ fn write_character(out: &mut String, character: &CharacterInspection) {
         );
     }
     let rigid = c.parts.iter().filter(|part| part.rigid).count();
-    let _ = writeln!(out, "  skeleton      {} joints; {} parts, {rigid} of them rigid", c.joints, c.parts.len());
+    let _ = writeln!(
+        out,
+        "  skeleton      {}; {}, {rigid} of them rigid",
+        counted(c.joints, "joint"),
+        counted(c.parts.len(), "part")
+    );
     for material in &c.materials {
         let texture = material.texture.map_or("no texture".to_owned(), |[w, h]| format!("texture {w}x{h}"));
         let mask = if material.alpha_cutoff > 0.0 { ", masked" } else { "" };
@@ -75,10 +82,10 @@ fn write_character(out: &mut String, character: &CharacterInspection) {
         let [around, up] = i.directions;
         let _ = writeln!(
             out,
-            "  impostors     {} texels, {around} directions around, {up} up, {} poses of each of {} clip(s), {} bytes",
+            "  impostors     {} texels, {around} directions around, {up} up, {} poses of each of {}, {} bytes",
             i.tile_px,
             i.poses_a_clip,
-            i.clips,
+            counted(i.clips as usize, "clip"),
             grouped(i.bytes)
         );
     }

@@ -2,6 +2,7 @@
 
 use super::rows::Row;
 use super::variant::Variant;
+use crowd_stages::{DrawOptions, Technique};
 use std::fmt;
 use std::str::FromStr;
 
@@ -164,6 +165,25 @@ impl Condition {
         matches!(self.quantity, Pop | PopPx | PopEnergy | LevelSteps | LevelStepsBeyondNext)
     }
 
+    /// Why the quantity is not measured of one of its techniques, whatever the adapter; `draw`: the switches of the whole bench.
+    pub fn unmeasured(&self, draw: DrawOptions) -> Option<String> {
+        self.variants().find_map(|variant| {
+            let options = variant.options(draw);
+            let why = match self.quantity {
+                _ if self.needs_pops() && options.occludes() => {
+                    "with occlusion culling, levels of the frame before are not kept"
+                }
+                _ if self.needs_pops() && options.technique == Technique::StaticFloor => {
+                    "the floor is baked anew for each frame"
+                }
+                Quantity::Poses | Quantity::PoseShare if !options.share_poses => "poses are shared with +share alone",
+                Quantity::Shadows if options.shadows == 0 => "it draws no shadows: +shadows or --shadows",
+                _ => return None,
+            };
+            Some(format!("{self}: not measured of {variant}: {why}"))
+        })
+    }
+
     /// Whose least budget for which other's image has to be found.
     pub fn equal_image(&self) -> Option<(Variant, Variant)> {
         let than = self.than.filter(|_| self.quantity == Quantity::TrianglesAtEqualImage)?;
@@ -230,7 +250,6 @@ mod tests {
     use super::*;
     use crate::bench::rows::EqualImage;
     use crate::stats::Spread;
-    use crowd_stages::Technique;
 
     fn row(technique: Technique, ms: f32) -> Row {
         let frame_ms = Spread { median: ms, p95: 2.0 * ms, min: ms, max: 3.0 * ms };

@@ -122,7 +122,7 @@ fn measure_count(
     let mut backend = GpuBackend::new(gpu.clone(), &crowd, plan.size, samples, asked_for)?;
     if let Some(limit_bytes) = plan.machine.vram_bytes {
         let draws = asked.words.ab.iter().map(|variant| variant.options(plan.detail.draw)).collect();
-        budget = backend.fit_memory(&crowd, &plan.detail, limit_bytes, with_baseline(draws), given)?;
+        budget = backend.fit_memory(&crowd, &plan.detail, limit_bytes, (with_baseline(draws), false), given)?;
         talk.say(&format!("{budget} {} fit {} MB", plan.detail.budget_in.name(), limit_bytes / MEGABYTE));
     }
     let new = |&variant: &Variant| Contender {

@@ -203,7 +203,7 @@ impl BenchReport {
         let Adapter { name, backend, driver, driver_version, .. } = &self.adapter;
         let mut out = format!(
             "# Benchmarks: drawing a crowd\n\nMade by `{command}`; do not edit by hand. {name} ({backend}, {driver} {driver_version}), \
-             {width} x {height} pixels, {} sample(s) a pixel, {} frames of each technique in turn after {} that do not count. \
+             {width} x {height} pixels, --msaa {}, {} frames of each technique in turn after {} that do not count. \
              Times are medians, milliseconds; *N* the vertices allowed a frame, *ratio* is to the first technique, *simulate* what moving everyone on takes before each frame (no part of it), *LOD* is everything on the GPU but skinning and drawing, *LOD %* its \
              part of the GPU's time, *visible* who is drawn, *hidden* who is in the frustum but left out behind others, *runs a triangle* the vertex shader's runs as the adapter counts them (of the last frame; in brackets the most of any, where that is another), *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone), *pop* what changes from frame to frame by levels alone (RMS over the picture, drawn with the levels of the frame before and its own), *pop px* how far the surface moves by that (RMS over all vertices, pixels; where asked for).\n\n",
             self.samples, self.rounds, self.warm_up
@@ -267,7 +267,7 @@ impl BenchReport {
     pub fn to_table(&self) -> String {
         let [width, height] = self.size;
         let mut out = format!(
-            "{} on {}, {width}x{height}, {} sample(s) a pixel, {} frames each in turn\n\n",
+            "{} on {}, {width}x{height}, --msaa {}, {} frames each in turn\n\n",
             self.pack, self.adapter.name, self.samples, self.rounds
         );
         let _ = writeln!(

@@ -199,6 +199,9 @@ fn decide(args: &Args, mut words: BenchWords, typed: String) -> Result<Asked> {
     }
     let counts = if words.counts.is_empty() { vec![args.flock.unwrap_or(args.count)] } else { words.counts.clone() };
     let mut plan = plan::plan(args)?;
+    if let Some(found) = words.assert.iter().find_map(|condition| condition.unmeasured(plan.detail.draw)) {
+        return Err(refused("--assert", found, "what is measured of that technique"));
+    }
     if words.ab.iter().any(|variant| variant.rates || variant.shares) {
         // Then --pose-rates says how long those hold poses, not that everyone does.
         plan.crowd.measures_speeds = true;
@@ -266,6 +269,8 @@ mod tests {
     fn conditions_on_pops_are_taken_where_those_are_measured() {
         let words = ["p", "--ab", "b3", "--pops", "--assert", "level_steps_beyond_next:b3 < 0.1"];
         assert!(parsed(&words).unwrap().is_ok());
+        let words = ["p", "--ab", "b3", "--shadows", "2", "--assert", "shadows_ms:b3 < 9"];
+        assert!(parsed(&words).unwrap().is_ok());
     }
 
     #[test]
@@ -292,6 +297,11 @@ mod tests {
             &["p", "--ab", "b2,bucketed", "--assert", "triangles_at_equal_image:b2/bucketed < 1"],
             &["p", "--ab", "b3", "--assert", "pop_energy:b3 < 1"],
             &["p", "--ab", "b3", "--assert", "most_level_steps:b3 < 9"],
+            &["p", "--ab", "b4", "--pops", "--assert", "pop_px:b4 < 9"],
+            &["p", "--ab", "bucketed+occlusion", "--pops", "--assert", "pop_rmse:bucketed+occlusion < 9"],
+            &["p", "--ab", "bucketed", "--occlusion", "on", "--pops", "--assert", "pop_px:bucketed < 9"],
+            &["p", "--ab", "bucketed", "--assert", "poses:bucketed < 9"],
+            &["p", "--ab", "bucketed", "--assert", "shadows_ms:bucketed < 9"],
             &["p", "--ab", "b0", "--csv", "-", "--json", "-"],
             &["p", "--ab", "b0", "--csv", "p"],
         ];

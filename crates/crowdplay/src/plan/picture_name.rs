@@ -51,6 +51,12 @@ impl PictureName {
         }
         // The number is part of the name, be it all of it.
         let is_film = crate::film::is_film(Path::new(&format!("0{name}")));
+        if let Some(other) = other_picture(&name) {
+            return Err(refused(&format!(
+                ".png, or a film's {}; no .{other} is written",
+                crate::film::ENDINGS.join(", ")
+            )));
+        }
         match number {
             Some(_) if is_film => Err(refused("a film's name without a number, or the number in that of a PNG")),
             Some((before, digits)) => Ok(Self::Each { before, digits, after: name }),
@@ -74,6 +80,13 @@ impl PictureName {
     pub fn wants(&self, frame: u32, frames: u32) -> bool {
         frame + 1 == frames || matches!(self, Self::Each { .. } | Self::Film(_))
     }
+}
+
+/// The ending of another kind of picture than what is written.
+pub(super) fn other_picture(name: &str) -> Option<&str> {
+    const OTHERS: [&str; 9] = ["jpg", "jpeg", "webp", "bmp", "tif", "tiff", "tga", "svg", "exr"];
+    let (_, ending) = name.rsplit_once('.')?;
+    OTHERS.iter().any(|other| other.eq_ignore_ascii_case(ending)).then_some(ending)
 }
 
 #[cfg(test)]

@@ -128,7 +128,8 @@ impl Running {
             simulation = Simulation::of(&gpu, &mut renderer, crowd)?;
             if let Some(limit_bytes) = plan.machine.vram_bytes {
                 let beside = simulation.as_ref().map(|simulation| ("simulator", simulation.gpu_bytes()));
-                let beside = beside.into_iter().collect();
+                // A screenshot, or what the reference camera sees: one at a time.
+                let beside = (beside.into_iter().collect(), 1);
                 let kept = Room::new(limit_bytes, crowd, &detail, vec![detail.draw], beside, (format, samples));
                 if let Some(asked) = detail.budget.filter(|_| detail.target_ms.is_none()) {
                     kept.fit(&gpu, &mut renderer, screen.size(), Some(asked))?;
@@ -293,7 +294,7 @@ impl Running {
         let Self { screen, gpu, painter, simulation, corner, knobs, readings, control, .. } = self;
         if let Painter::Cpu(cpu, image) = painter {
             cpu.resize(screen.size());
-            readings.totals = cpu.draw(crowd, config, knobs.draw);
+            readings.totals = cpu.draw(crowd, config, knobs.draw, &mut |_| {});
             readings.stages_ms = cpu.timings_ms();
             show_image(&screen.egui, image, &cpu.picture());
         }

@@ -64,7 +64,7 @@ impl Running {
         match painter {
             Painter::Cpu(cpu, _) => {
                 cpu.resize(screen.size());
-                let _: FrameTotals = cpu.draw(crowd, config, knobs.draw);
+                let _: FrameTotals = cpu.draw(crowd, config, knobs.draw, &mut |_| {});
                 Ok(cpu.picture())
             }
             Painter::Gpu(renderer) => {
