@@ -1,5 +1,6 @@
 //! Finds seams and borders, and classes every wedge as fixed, companioned or regular (Peng 2011 §4.2).
 
+use crate::quadrics::Incident;
 use crate::split_seams::SplitMesh;
 use crate::{SeamReport, VertexClass};
 use rayon::prelude::*;
@@ -40,8 +41,7 @@ pub(crate) fn classify_wedges(split: &SplitMesh) -> Classes {
     let mut edge_kinds = vec![[EdgeKind::Interior; 3]; split.triangles.len()];
     let mut non_manifold_edge_count = 0;
 
-    let edges = sorted_edges(split);
-    for group in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+    for group in list_edges(split).chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         let (low, high, _) = group[0];
         let kind = match group {
             [_] => EdgeKind::Border,
@@ -95,17 +95,29 @@ pub(crate) fn classify_wedges(split: &SplitMesh) -> Classes {
 }
 
 /// Every triangle side as (lower position, higher position, `triangle * 3 + corner`), sorted.
-fn sorted_edges(split: &SplitMesh) -> Vec<(u32, u32, u32)> {
-    let mut edges: Vec<(u32, u32, u32)> = (0..split.triangles.len() as u32 * 3)
-        .into_par_iter()
-        .map(|corner| {
-            let triangle = split.triangles[corner as usize / 3];
-            let a = split.position_of(triangle[corner as usize % 3]);
-            let b = split.position_of(triangle[(corner as usize + 1) % 3]);
-            (a.min(b), a.max(b), corner)
-        })
-        .collect();
-    edges.par_sort_unstable();
+fn list_edges(split: &SplitMesh) -> Vec<(u32, u32, u32)> {
+    let sides = split.triangles.iter().enumerate().flat_map(|(t, triangle)| {
+        let [a, b, c] = triangle.map(|v| split.position_of(v));
+        let t = 3 * t as u32;
+        [(a.min(b), a.max(b), t), (b.min(c), b.max(c), t + 1), (c.min(a), c.max(a), t + 2)]
+    });
+    // By lower position in one pass; what is left to sort is a handful each.
+    let mut next = vec![0_u32; split.position_source.len() + 1];
+    for (low, ..) in sides.clone() {
+        next[low as usize + 1] += 1;
+    }
+    for p in 1..next.len() {
+        next[p] += next[p - 1];
+    }
+    let mut edges = vec![(0, 0, 0); split.triangles.len() * 3];
+    for side in sides {
+        let at = &mut next[side.0 as usize];
+        edges[*at as usize] = side;
+        *at += 1;
+    }
+    for group in edges.chunk_by_mut(|a, b| a.0 == b.0) {
+        group.sort_unstable();
+    }
     edges
 }
 
@@ -120,41 +132,29 @@ fn edge_wedges(split: &SplitMesh, corner: u32) -> [u32; 2] {
 
 /// Marks positions where several fans of triangles meet in a point (bow-ties).
 fn mark_meeting_fans(split: &SplitMesh, non_manifold: &mut [bool]) {
-    // Sides seen from each position: (position, neighbour, triangle).
-    let mut sides: Vec<(u32, u32, u32)> = Vec::with_capacity(split.triangles.len() * 6);
-    for (t, triangle) in split.triangles.iter().enumerate() {
-        let [a, b, c] = triangle.map(|v| split.position_of(v));
-        for (at, to) in [(a, b), (a, c), (b, a), (b, c), (c, a), (c, b)] {
-            sides.push((at, to, t as u32));
-        }
-    }
-    sides.par_sort_unstable();
-    let mut group_of_triangle = vec![0_u32; split.triangles.len()];
-    let mut parents: Vec<u32> = Vec::new();
-    for around in sides.chunk_by(|a, b| a.0 == b.0) {
+    let corners = |t: u32| split.triangles[t as usize].map(|v| split.position_of(v));
+    let incident = Incident::list(non_manifold.len(), (0..split.triangles.len() as u32).map(corners));
+    let room = <(Vec<(u32, u32)>, Vec<u32>)>::default;
+    non_manifold.par_iter_mut().enumerate().for_each_init(room, |(sides, parents), (p, non_manifold)| {
         // Triangles around this position, joined when they share a neighbour.
+        let around = incident.at(p);
+        sides.clear();
+        for (i, &t) in around.iter().enumerate() {
+            sides.extend(corners(t).into_iter().filter(|&q| q as usize != p).map(|to| (to, i as u32)));
+        }
+        sides.sort_unstable();
         parents.clear();
-        let mut fan_count = 0;
-        for &(_, _, t) in around {
-            group_of_triangle[t as usize] = u32::MAX;
-        }
-        for &(_, _, t) in around {
-            if group_of_triangle[t as usize] == u32::MAX {
-                group_of_triangle[t as usize] = parents.len() as u32;
-                parents.push(parents.len() as u32);
-                fan_count += 1;
-            }
-        }
-        for pair in around.windows(2).filter(|pair| pair[0].1 == pair[1].1) {
-            let a = root(&mut parents, group_of_triangle[pair[0].2 as usize]);
-            let b = root(&mut parents, group_of_triangle[pair[1].2 as usize]);
+        parents.extend(0..around.len() as u32);
+        let mut fan_count = around.len();
+        for pair in sides.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+            let (a, b) = (root(parents, pair[0].1), root(parents, pair[1].1));
             if a != b {
                 parents[a.max(b) as usize] = a.min(b);
                 fan_count -= 1;
             }
         }
-        non_manifold[around[0].0 as usize] |= fan_count > 1;
-    }
+        *non_manifold |= fan_count > 1;
+    });
 }
 
 fn root(parents: &mut [u32], mut at: u32) -> u32 {
@@ -175,6 +175,22 @@ mod tests {
         let split = split_seams(&mesh.mesh());
         let classes = classify_wedges(&split);
         (split, classes)
+    }
+
+    #[test]
+    fn sides_are_listed_as_a_plain_sort_lists_them() {
+        for mesh in [uv_sphere(9, 7), cube(3), grid(5, 4, |_, _| 0.0, |column, _| column == 2)] {
+            let split = split_seams(&mesh.mesh());
+            let mut plain = Vec::new();
+            for (t, triangle) in split.triangles.iter().enumerate() {
+                for i in 0..3 {
+                    let [a, b] = [triangle[i], triangle[(i + 1) % 3]].map(|v| split.position_of(v));
+                    plain.push((a.min(b), a.max(b), (3 * t + i) as u32));
+                }
+            }
+            plain.sort_unstable();
+            assert_eq!(list_edges(&split), plain);
+        }
     }
 
     /// ```text

@@ -169,16 +169,13 @@ struct Scratch {
 
 impl Run<'_> {
     fn fill_queue(&mut self) {
-        let found: Vec<(Option<Choice>, Vec<(u32, f32)>)> = (0..self.stamps.len() as u32)
-            .into_par_iter()
-            .map_init(Scratch::default, |scratch, p| {
-                let mut known = self.known_costs[p as usize].clone();
-                (self.choose(p, &mut known, scratch), known)
-            })
-            .collect();
+        let mut known_costs = std::mem::take(&mut self.known_costs);
+        let choose = |scratch: &mut Scratch, (p, known): (usize, &mut _)| self.choose(p as u32, known, scratch);
+        let found: Vec<Option<Choice>> =
+            known_costs.par_iter_mut().enumerate().map_init(Scratch::default, choose).collect();
+        self.known_costs = known_costs;
         self.queue.clear();
-        for (p, (choice, known)) in found.into_iter().enumerate() {
-            self.known_costs[p] = known;
+        for (p, choice) in found.into_iter().enumerate() {
             self.enqueue(p as u32, choice);
         }
     }
@@ -236,7 +233,7 @@ impl Run<'_> {
         let Some(edge) = spokes.iter().find(|s| s.to == t) else { return false };
         let Some(&(_, move_cost)) = self.known_costs[u as usize].iter().find(|k| k.0 == t) else { return false };
         fan.find_on_edge(t, on_edge);
-        self.find_images(fan, t, on_edge, moved);
+        self.find_images(fan, t, moved);
         let limit = rank * STILL_SAME;
         let now = self.shown_rank(self.shape_rank(u, t, move_cost), moved);
         self.measure(fan);
@@ -276,7 +273,7 @@ impl Run<'_> {
         if on_edge.is_empty() {
             return None;
         }
-        self.find_images(fan, t, on_edge, moved);
+        self.find_images(fan, t, moved);
         let rank = self.shown_rank(shape, moved);
         if rank >= limit {
             return None;
@@ -336,7 +333,7 @@ impl Run<'_> {
             }
             let edge = &spokes[i as usize];
             fan.find_on_edge(edge.to, on_edge);
-            self.find_images(fan, edge.to, on_edge, moved);
+            self.find_images(fan, edge.to, moved);
             let rank = self.shown_rank(shape, moved);
             if dear(rank) {
                 continue;
@@ -367,10 +364,10 @@ impl Run<'_> {
         cost
     }
 
-    fn find_images(&self, fan: &Fan, t: u32, on_edge: &[u32], moved: &mut Vec<Moved>) {
+    fn find_images(&self, fan: &Fan, t: u32, moved: &mut Vec<Moved>) {
         let Surface { split, normals, topology, attributes, .. } = &self.surface;
         ImageFinder { split, topology, attributes, normals, stand_ins: self.rules.criteria() == Criteria::Wedge }
-            .find(fan, t, on_edge, moved);
+            .find(fan, t, moved);
     }
 
     /// Looks how the triangles around a place lie; the paper's rules look for themselves.
@@ -617,7 +614,7 @@ impl Run<'_> {
             fan.spokes(spokes);
             let found = spokes.iter().filter_map(|s| {
                 fan.find_on_edge(s.to, on_edge);
-                self.find_images(fan, s.to, on_edge, moved);
+                self.find_images(fan, s.to, moved);
                 match self.allow(fan, spokes, s, on_edge, moved) {
                     Ok(_) => self.has_ended().then_some(Obstacle::Ended),
                     Err(obstacle) => Some(obstacle),

@@ -185,10 +185,17 @@ impl Rules {
         if on_border && edge.triangle_count != 1 {
             return Err(Obstacle::Fixed);
         }
-        let t = edge.to;
+        let turned_area = dispatch!(self.vectors, _ => self.turned_area(split, fan, edge.to, moved));
+        turned_area.map(|area| area * self.turned_cost).ok_or(Obstacle::Flip)
+    }
+
+    /// Area of the triangles that end up turned when the centre of `fan` moves to `t`, m²; `None` if one turns over in the step.
+    #[inline(always)]
+    fn turned_area(&self, split: &SplitMesh, fan: &Fan, t: u32, moved: &[Moved]) -> Option<f32> {
         let mut turned_area = 0.0;
         for (blade, lie) in fan.staying(t) {
-            let (after, turned_over) = self.turn(blade.triangle, lie, t, blade.others).ok_or(Obstacle::Flip)?;
+            let corners = [t, blade.others[0], blade.others[1]].map(|p| &self.posed[p as usize]);
+            let (after, turned_over) = turn(lie, corners, &self.first_normals[blade.triangle as usize])?;
             let [own, q, r] = blade.variants;
             let turned_uv = || {
                 let uv = |variant: u32| split.variant_uv[variant as usize].map(f64::from);
@@ -203,7 +210,7 @@ impl Rules {
                 turned_area += 0.5 * dot(after, after).sqrt();
             }
         }
-        Ok(turned_area * self.turned_cost)
+        Some(turned_area)
     }
 
     /// A position on a border moves along it, and only where the border is a plain line.

@@ -78,17 +78,16 @@ impl Fan {
         if !self.lies.is_empty() {
             return;
         }
-        let center = rules.places(self.center);
-        let lie = |blade: &Blade| {
-            let [a, b] = blade.others.map(|p| rules.places(p));
-            let (normals, squared) = dispatch!(rules.vectors(), _ => {
+        let Self { center, blades, lies, .. } = self;
+        let center = rules.places(*center);
+        dispatch!(rules.vectors(), _ => {
+            for blade in blades.iter() {
+                let [a, b] = blade.others.map(|p| rules.places(p));
                 let normals = normals(center, a, b);
-                (normals, product(&normals, &normals))
-            });
-            let uvs = blade.variants.map(|v| split.variant_uv[v as usize].map(f64::from));
-            Lie { normals, squared, uv_side: uv_side(uvs) }
-        };
-        self.lies.extend(self.blades.iter().map(lie));
+                let uvs = blade.variants.map(|v| split.variant_uv[v as usize].map(f64::from));
+                lies.push(Lie { normals, squared: product(&normals, &normals), uv_side: uv_side(uvs) });
+            }
+        });
     }
 
     /// Writes the edges at the centre to `spokes`, in the order in which the triangles list them.
@@ -113,6 +112,14 @@ impl Fan {
     pub fn find_on_edge(&self, t: u32, on_edge: &mut Vec<u32>) {
         on_edge.clear();
         on_edge.extend(self.blades.iter().filter(|blade| blade.touches(t)).map(|blade| blade.triangle));
+    }
+
+    /// Of each triangle on the edge to `t`, its variants at the centre and there.
+    pub fn variants_on_edge(&self, t: u32) -> impl Iterator<Item = (u32, u32)> {
+        self.blades.iter().filter_map(move |blade| {
+            let at = blade.others.iter().position(|&p| p == t)?;
+            Some((blade.variants[0], blade.variants[at + 1]))
+        })
     }
 
     /// The blades that stay when the centre moves to `t`, and how they lie; only once measured.

@@ -46,11 +46,11 @@ pub(crate) struct ImageFinder<'a> {
 }
 
 impl ImageFinder<'_> {
-    /// Writes the image of each variant at the centre of `fan` at `t` to `moved`, by variant. `on_edge`: the triangles that die.
-    pub fn find(&self, fan: &Fan, t: u32, on_edge: &[u32], moved: &mut Vec<Moved>) {
+    /// Writes the image of each variant at the centre of `fan` at `t` to `moved`, by variant.
+    pub fn find(&self, fan: &Fan, t: u32, moved: &mut Vec<Moved>) {
         moved.clear();
         for &variant in &fan.variants {
-            let image = self.image(variant, fan.center, t, on_edge);
+            let image = self.image(variant, fan, t);
             let cost = match image {
                 Image::Variant(image) => self.attributes.move_cost(variant, t, image),
                 Image::StandIn { uv_of, normal_of, .. } => {
@@ -61,19 +61,17 @@ impl ImageFinder<'_> {
         }
     }
 
-    fn image(&self, variant: u32, u: u32, t: u32, on_edge: &[u32]) -> Image {
+    fn image(&self, variant: u32, fan: &Fan, t: u32) -> Image {
         let wedge = self.split.variant_wedge[variant as usize];
         let own = Image::StandIn { wedge: None, uv_of: variant, normal_of: variant };
         // Across triangles on the edge.
         let mut direct: Option<u32> = None;
         let mut wedge_image: Option<u32> = None;
         let mut several = false;
-        for &triangle in on_edge {
-            let there = self.at(triangle, u);
+        for (there, image) in fan.variants_on_edge(t) {
             if self.split.variant_wedge[there as usize] != wedge {
                 continue;
             }
-            let image = self.at(triangle, t);
             let image_wedge = self.split.variant_wedge[image as usize];
             several |= wedge_image.is_some_and(|w| w != image_wedge);
             wedge_image = wedge_image.or(Some(image_wedge));
@@ -81,8 +79,9 @@ impl ImageFinder<'_> {
                 direct = Some(image);
             }
         }
-        if several && self.moves_with(variant, u, on_edge) {
-            return self.cheapest_of_several(variant, u, t, on_edge, own);
+        // Only where a triangle with this variant stays.
+        if several && fan.blades.iter().any(|blade| blade.variants[0] == variant && !blade.touches(t)) {
+            return self.cheapest_of_several(variant, fan, t, own);
         }
         if let Some(image) = direct {
             return Image::Variant(image);
@@ -104,12 +103,11 @@ impl ImageFinder<'_> {
     }
 
     /// A slit's end that moves along its slit has an image on either side: whichever costs less, or its own coordinate.
-    fn cheapest_of_several(&self, variant: u32, u: u32, t: u32, on_edge: &[u32], own: Image) -> Image {
+    fn cheapest_of_several(&self, variant: u32, fan: &Fan, t: u32, own: Image) -> Image {
         let wedge = self.split.variant_wedge[variant as usize];
         let mut best = (self.attributes.move_cost(variant, t, variant), own);
-        for &triangle in on_edge {
-            if self.split.variant_wedge[self.at(triangle, u) as usize] == wedge {
-                let image = self.at(triangle, t);
+        for (there, image) in fan.variants_on_edge(t) {
+            if self.split.variant_wedge[there as usize] == wedge {
                 let cost = self.attributes.move_cost(variant, t, image);
                 if cost < best.0 {
                     best = (cost, Image::Variant(image));
@@ -117,11 +115,6 @@ impl ImageFinder<'_> {
             }
         }
         best.1
-    }
-
-    /// Whether a triangle with this variant survives the collapse.
-    fn moves_with(&self, variant: u32, u: u32, on_edge: &[u32]) -> bool {
-        self.topology.around(u).any(|triangle| self.at(triangle, u) == variant && !on_edge.contains(&triangle))
     }
 
     /// Of some variants, the one whose normal is closest to that of `v`.

@@ -89,12 +89,18 @@ pub fn simplify(
     let weights = frames::multiply_weights(poses.frame_weights, &options.frame_factors)?;
     let poses = &LodPoses { frame_weights: &weights, ..*poses };
     let split = split_seams::split_seams(mesh);
-    let classes = classify::classify_wedges(&split);
+    let (classes, partners) = rayon::join(
+        || classify::classify_wedges(&split),
+        || match options.criteria {
+            Criteria::Wedge => symmetry::find_partners(&split.bind_places(mesh)),
+            Criteria::Peng2011 => vec![symmetry::NO_PARTNER; split.position_source.len()],
+        },
+    );
     let (mut chosen, portraits) = frames::choose_frames(mesh, poses, &split, options.frames);
     let mut report = FrameReport { given: poses.frame_weights.len() as u32, ..FrameReport::default() };
     let mut order = loop {
         validate::validate_frame_memory(split.position_source.len(), chosen.frames.len())?;
-        let order = collapse(mesh, &chosen.poses(), &split, &classes, options, progress);
+        let order = collapse(mesh, &chosen.poses(), &split, &classes, &partners, options, progress);
         let Some(portraits) = &portraits else { break order };
         let errors = check_frames::measure_all_frames(mesh, poses, &order);
         let check = errors.check(poses, &chosen);
@@ -111,18 +117,17 @@ pub fn simplify(
     Ok(order)
 }
 
-/// Seams, classes and frames in, the order out.
+/// Seams, classes, mirror images and frames in, the order out.
 fn collapse(
     mesh: &LodMesh<'_>,
     poses: &LodPoses<'_>,
     split: &split_seams::SplitMesh,
     classes: &classify::Classes,
+    partners: &[u32],
     options: &LodOptions,
     progress: &(dyn Fn(f32) + Sync),
 ) -> CollapseOrder {
     let mut split = split.clone();
-    let mut topology = topology::Topology::new(&split);
-    let mut quadrics = quadrics::Quadrics::build(mesh, poses, &split, &classes.edge_kinds, options.criteria);
     let rules =
         criteria::Rules::new(mesh, poses, &split, options.criteria, &classes.non_manifold, &classes.wedge_class);
     let minded = match options.criteria {
@@ -131,18 +136,18 @@ fn collapse(
     };
     let some_poses = rules.some_poses();
     let diagonal = behind::diagonal(&some_poses[0]);
+    // Part of the second is work for one thread alone: it is done beside the first, which is work for all.
+    let (mut quadrics, (mut topology, mut attributes)) = rayon::join(
+        || quadrics::Quadrics::build(mesh, poses, &split, &classes.edge_kinds, options.criteria),
+        || (topology::Topology::new(&split), attributes::Attributes::build(mesh, &split, &minded, diagonal)),
+    );
     let behind = behind::measure_behind(mesh, &split, &some_poses.each_ref().map(Vec::as_slice), &minded, diagonal);
-    let mut attributes = attributes::Attributes::build(mesh, &split, &minded, diagonal);
     let mut normals: Vec<[f32; 3]> = split.variant_source.iter().map(|&v| mesh.normals[v as usize]).collect();
     let mut posed = rules.poses();
     let bind = posed.remove(0);
     let mut gaps = layer_gaps::LayerGaps::find(&topology, &bind, posed, minded.layers);
-    let partners = match options.criteria {
-        Criteria::Wedge => symmetry::find_partners(&bind),
-        Criteria::Peng2011 => vec![symmetry::NO_PARTNER; split.position_source.len()],
-    };
     let surface = collapse::Surface {
-        partners: &partners,
+        partners,
         gaps: &mut gaps,
         split: &mut split,
         normals: &mut normals,

@@ -3,6 +3,7 @@
 //! Welded, every edge of theirs would have four triangles and nothing could move. Apart, each is a surface of its own.
 
 use crate::LodMesh;
+use rayon::prelude::*;
 
 /// Materials looked at where many lie on each other; bounds the work on a hostile pile.
 const STACKED_MATERIALS: usize = 8;
@@ -21,7 +22,7 @@ pub(crate) fn separate_layers(mesh: &LodMesh<'_>, leader: &[u32], kept: &[u32]) 
         triangle_counts[material as usize] += 1;
         keys.push((corners, material));
     }
-    keys.sort_unstable();
+    keys.par_sort_unstable();
     keys.dedup();
 
     // Pairs of materials, once for each pair of triangles on the same places.

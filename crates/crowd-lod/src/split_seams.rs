@@ -56,6 +56,11 @@ impl SplitMesh {
         self.wedge_position[self.variant_wedge[variant as usize] as usize]
     }
 
+    /// Place of each position in bind pose, metres.
+    pub fn bind_places(&self, mesh: &LodMesh<'_>) -> Vec<[f32; 3]> {
+        self.position_source.iter().map(|&v| mesh.positions[v as usize]).collect()
+    }
+
     /// The input vertex whose place and skinning a variant has.
     pub fn place_source(&self, variant: u32) -> u32 {
         if variant < self.full_variant_count {
@@ -196,15 +201,7 @@ fn number_positions(mesh: &LodMesh<'_>, leader: &[u32], split: &mut SplitMesh) -
 }
 
 fn split_wedges(mesh: &LodMesh<'_>, position_of_vertex: &[u32], split: &mut SplitMesh) {
-    // An instance is an input vertex seen with one material.
-    let mut instances: Vec<(u32, u16)> = Vec::with_capacity(split.triangle_source.len() * 3);
-    for &i in &split.triangle_source {
-        let material = mesh.triangle_materials[i as usize];
-        instances.extend(mesh.triangles[i as usize].map(|v| (v, material)));
-    }
-    instances.par_sort_unstable();
-    instances.dedup();
-
+    let (instances, first_instance) = list_instances(mesh, &split.triangle_source);
     let key = |i: u32| {
         let (v, material) = instances[i as usize];
         let v = v as usize;
@@ -243,11 +240,45 @@ fn split_wedges(mesh: &LodMesh<'_>, position_of_vertex: &[u32], split: &mut Spli
         .map(|&i| {
             let material = mesh.triangle_materials[i as usize];
             mesh.triangles[i as usize].map(|v| {
-                let at = instances.binary_search(&(v, material)).expect("every corner was put among the instances");
-                variant_of_instance[at]
+                let of_vertex = first_instance[v as usize] as usize..first_instance[v as usize + 1] as usize;
+                let at = instances[of_vertex.clone()].iter().position(|instance| instance.1 == material);
+                variant_of_instance[of_vertex.start + at.expect("every corner was put among the instances")]
             })
         })
         .collect();
+}
+
+/// Each input vertex with each material that it is seen with in some triangles, sorted, and where the ones of each vertex begin.
+fn list_instances(mesh: &LodMesh<'_>, triangles: &[u32]) -> (Vec<(u32, u16)>, Vec<u32>) {
+    let corners = || {
+        let seen = |&i: &u32| mesh.triangles[i as usize].map(|v| (v, mesh.triangle_materials[i as usize]));
+        triangles.iter().flat_map(seen)
+    };
+    let mut next = vec![0_u32; mesh.positions.len() + 1];
+    for (v, _) in corners() {
+        next[v as usize + 1] += 1;
+    }
+    for v in 1..next.len() {
+        next[v] += next[v - 1];
+    }
+    let mut instances = vec![(0, 0); triangles.len() * 3];
+    for instance in corners() {
+        let at = &mut next[instance.0 as usize];
+        instances[*at as usize] = instance;
+        *at += 1;
+    }
+    for of_vertex in instances.chunk_by_mut(|a, b| a.0 == b.0) {
+        of_vertex.sort_unstable();
+    }
+    instances.dedup();
+    let mut first = vec![0_u32; mesh.positions.len() + 1];
+    for &(v, _) in &instances {
+        first[v as usize + 1] += 1;
+    }
+    for v in 1..first.len() {
+        first[v] += first[v - 1];
+    }
+    (instances, first)
 }
 
 /// Cosine between two normals; 1 when both are zero, as two missing normals agree.
@@ -266,7 +297,7 @@ pub(crate) fn cos_between(a: [f32; 3], b: [f32; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_meshes::TestMesh;
+    use crate::test_meshes::{TestMesh, uv_sphere};
 
     /// Two triangles over one edge, each with vertices of its own: 0 1 2 and 3 4 5, where 3 = 0 and 4 = 1.
     fn two_triangles() -> TestMesh {
@@ -282,6 +313,26 @@ mod tests {
     fn counts(mesh: &TestMesh) -> [usize; 3] {
         let split = split_seams(&mesh.mesh());
         [split.position_source.len(), split.wedge_position.len(), split.variant_wedge.len()]
+    }
+
+    #[test]
+    fn instances_are_those_of_a_plain_sort() {
+        let mut mesh = uv_sphere(9, 7);
+        for (t, material) in mesh.materials.iter_mut().enumerate() {
+            *material = [7, 2, 2, 5][t % 4];
+        }
+        let kept: Vec<u32> = (0..mesh.triangles.len() as u32).filter(|t| t % 5 != 3).collect();
+        let corners = |&t: &u32| mesh.triangles[t as usize].map(|v| (v, mesh.materials[t as usize]));
+        let mut plain: Vec<(u32, u16)> = kept.iter().flat_map(corners).collect();
+        plain.sort_unstable();
+        plain.dedup();
+        let (instances, first) = list_instances(&mesh.mesh(), &kept);
+        assert_eq!(instances, plain);
+        for v in 0..mesh.positions.len() {
+            let of_vertex = &instances[first[v] as usize..first[v + 1] as usize];
+            assert!(of_vertex.iter().all(|instance| instance.0 == v as u32));
+        }
+        assert_eq!(first[mesh.positions.len()] as usize, plain.len());
     }
 
     #[test]
