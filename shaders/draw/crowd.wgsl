@@ -195,8 +195,8 @@ fn bucketed_caster(vertex: MeshVertex, owner: Owner) -> @builtin(position) vec4f
     return config.clip_from_world * vec4f(drawn.position + turn_by(drawn.turn, local * drawn.scale), 1.0);
 }
 
-// A vertex in the character's own space: where the crowd's own pass has skinned it, read; else skinned here. Loops of one turn or none, since
-// adapters that pay for both sides of an `if` pass a loop by where nobody of a group takes a turn.
+// A vertex in the character's own space: where the crowd's own pass has skinned it, read; else skinned here. Adapters that work on groups of
+// vertices go once through both; further joints cost nothing where nobody of a group is alone.
 fn borrowed_place(drawn: DrawnInstance, vertex: MeshVertex, number: u32) -> vec3f {
     var local = vec3f(0.0);
     for (var is_lent = drawn.vertex_base != NONE; is_lent; is_lent = false) {

@@ -85,16 +85,26 @@ fn joint_between(first_texel: u32, second_texel: u32, blend: f32, joint: u32, st
     return a + (b - a) * blend;
 }
 
-// The same of an instance, between the clip it plays and the one it leaves.
+// The same of an instance, between the clip it plays and the one it leaves. One turn, two where it fades: adapters that work on groups of
+// vertices pay for what an `if` or a second loop holds even where nobody of a group goes in, but not for a turn that nobody takes.
 fn blended_joint(drawn: DrawnInstance, joint: u32) -> mat3x4f {
-    var rows = joint_between(drawn.first_texel, drawn.second_texel, drawn.blend, joint, drawn.storage);
-    // One turn or none. Adapters that pay for both sides of an `if` pass a loop by where nobody of a group takes a turn.
-    var share = drawn.leaving_share;
-    while share > 0.0 {
-        let first = drawn.leaving_first_texel;
-        let left = joint_between(first, drawn.leaving_second_texel, drawn.leaving_blend, joint, drawn.storage);
-        rows += (left - rows) * share;
-        share = 0.0;
+    var first = drawn.first_texel;
+    var second = drawn.second_texel;
+    var blend = drawn.blend;
+    // All of the clip it plays, then the other one's share.
+    var share = 1.0;
+    var is_last = drawn.leaving_share <= 0.0;
+    var rows = mat3x4f(vec4f(0.0), vec4f(0.0), vec4f(0.0));
+    loop {
+        rows += (joint_between(first, second, blend, joint, drawn.storage) - rows) * share;
+        if is_last {
+            break;
+        }
+        is_last = true;
+        first = drawn.leaving_first_texel;
+        second = drawn.leaving_second_texel;
+        blend = drawn.leaving_blend;
+        share = drawn.leaving_share;
     }
     return rows;
 }

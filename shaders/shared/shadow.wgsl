@@ -44,7 +44,7 @@ fn sun_share(position: vec3f, normal: vec3f) -> f32 {
     }
     let place = shadow_place(position, normal);
     var share = 1.0;
-    // One turn or none. Adapters that pay for both sides of an `if` pass a loop by where nobody of a group takes a turn.
+    // One turn or none. Adapters that work on groups of pixels go through it once; rows beyond the first cost nothing where nobody takes them.
     for (var c = place.map; c < shadow.cascade_count; c = shadow.cascade_count) {
         // Four taps of the hardware's filter half a texel aside, as three texels by three: each is read once.
         let texels = f32(shadow.side);
