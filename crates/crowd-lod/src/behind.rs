@@ -4,62 +4,245 @@
 //! colour, a link of an arm for the gap it leaves. The largest part never vanishes.
 
 use crate::attributes::COLOR_SHARE;
-use crate::closest::ClosestTriangles;
-use crate::quadrics::{dot, sub};
+use crate::closest::{ClosestTriangles, NodeGroups};
+use crate::quadrics::{cross, dot, sub};
 use crate::split_seams::SplitMesh;
 use crate::{AttributeWeights, LodMesh};
 use rayon::prelude::*;
 
-/// For each position, the squared distance to the surface of the other parts, mean over `posed`, and the difference in colour as a
-/// squared distance; infinite in the largest part. m².
-pub(crate) fn measure_behind(
-    mesh: &LodMesh<'_>,
-    split: &SplitMesh,
-    posed: &[&[[f32; 3]]],
-    weights: &AttributeWeights,
-    diagonal: f32,
-) -> Vec<f32> {
-    let triangles: Vec<[u32; 3]> = split.triangles.iter().map(|t| t.map(|v| split.position_of(v))).collect();
-    let part_of = number_parts(split.position_source.len(), &triangles);
-    let parts: Vec<u32> = triangles.iter().map(|t| part_of[t[0] as usize]).collect();
-    let mut sizes = vec![0_u32; part_of.len()];
-    for &part in &parts {
-        sizes[part as usize] += 1;
+/// How many times as far off a difference of colours counts where a part vanishes as where a texture slides: all of it is seen at once.
+const VANISHED_COLOR: f32 = 3.0;
+/// Points of a part that are watched at most.
+const MOST_WATCHED: usize = 256;
+/// Searches for what lies behind, for each point watched, before those that vanish are no longer followed.
+const SEARCHES: usize = 64;
+
+/// What lies behind each part, and what it would cost to lose it, while parts vanish.
+///
+/// What lay behind a part may vanish before it does: a beard made of lumps that lie on each other would go lump by lump, each for next to
+/// nothing. So points of all parts but the largest are watched: each knows the part that stands for it now, what lies behind that, and
+/// what was paid for it so far.
+#[derive(Debug)]
+pub(crate) struct Behind {
+    /// For each position, the squared distance to the surface of the other parts, mean over the poses, and the difference in colour as a
+    /// squared distance; infinite in the largest part. m².
+    losses: Vec<f32>,
+    /// Part of each triangle.
+    part_of: Vec<u32>,
+    /// Triangles that each part has left.
+    left: Vec<u32>,
+    /// What it would cost to lose all that each part stands for, m² times m².
+    prices: Vec<f32>,
+    points: Vec<Watched>,
+    /// Points that each part stands for.
+    shown: Vec<Vec<u32>>,
+    /// Points that each part lay behind when they last looked.
+    backed: Vec<Vec<u32>>,
+    scenery: Scenery,
+    searches_left: usize,
+}
+
+/// A point of a part.
+#[derive(Debug, Clone, Copy)]
+struct Watched {
+    position: u32,
+    /// Area that it stands for, m².
+    area: f32,
+    /// Part that stands for it now, and the one behind that.
+    shown_by: u32,
+    next: u32,
+    /// What it shows now is this far off, and it would be so far off if that went too, m².
+    paid: f32,
+    cost: f32,
+}
+
+/// The surface at full detail in some poses.
+#[derive(Debug)]
+struct Scenery {
+    triangles: Vec<[u32; 3]>,
+    posed: Vec<(Vec<[f32; 3]>, ClosestTriangles)>,
+    groups: NodeGroups,
+    /// Of each position.
+    colors: Vec<[f32; 3]>,
+    color_scale: f32,
+}
+
+impl Scenery {
+    /// How far a position is off where the closest surface of the parts that are `wanted` stands for it, m², and which part that is.
+    fn look(&self, position: u32, wanted: impl Fn(u32) -> bool) -> Option<(f32, u32)> {
+        let (mut sum, mut first) = (0.0, None);
+        for (pose, tree) in &self.posed {
+            let found =
+                tree.closest_of_groups(pose[position as usize], pose, &self.triangles, &self.groups, &wanted)?;
+            let (distance, triangle) = found;
+            let there = self.triangles[triangle as usize].map(|q| self.colors[q as usize]);
+            let own = self.colors[position as usize];
+            let difference = [0, 1, 2].map(|i| (there[0][i] + there[1][i] + there[2][i]) / 3.0 - own[i]);
+            sum += distance + self.color_scale * self.color_scale * dot(difference, difference);
+            first = first.or(Some(triangle));
+        }
+        first.map(|triangle| (sum / self.posed.len() as f32, self.groups.group_of(triangle)))
     }
-    let largest = (0..sizes.len()).max_by_key(|&part| (sizes[part], std::cmp::Reverse(part))).unwrap_or(0) as u32;
-    let mut behind = vec![f32::INFINITY; part_of.len()];
-    if sizes.iter().filter(|&&size| size > 0).count() < 2 {
-        return behind;
-    }
-    let color_scale = weights.color * COLOR_SHARE as f32 * diagonal;
-    let colors = shown_colors(mesh, split);
-    let mut tree = ClosestTriangles::new(posed[0], &triangles);
-    let tree_parts = tree.group_by(parts);
-    let small: Vec<u32> = (0..part_of.len() as u32).filter(|&p| part_of[p as usize] != largest).collect();
-    let mut sums = vec![0.0_f32; small.len()];
-    for pose in posed {
-        tree.refit(pose, &triangles);
-        let measured: Vec<f32> = small
-            .par_iter()
-            .map(|&p| {
-                let own = part_of[p as usize];
-                let point = pose[p as usize];
-                let Some((distance, triangle)) = tree.closest_of_others(point, pose, &triangles, &tree_parts, own)
-                else {
-                    return f32::INFINITY;
-                };
-                let there = triangles[triangle as usize].map(|q| colors[q as usize]);
-                let difference =
-                    [0, 1, 2].map(|i| (there[0][i] + there[1][i] + there[2][i]) / 3.0 - colors[p as usize][i]);
-                distance + color_scale * color_scale * dot(difference, difference)
+}
+
+impl Behind {
+    /// Looks behind all parts in the poses given, one array of positions each.
+    pub fn measure(
+        mesh: &LodMesh<'_>,
+        split: &SplitMesh,
+        posed: impl IntoIterator<Item = Vec<[f32; 3]>>,
+        weights: &AttributeWeights,
+        diagonal: f32,
+    ) -> Self {
+        let triangles: Vec<[u32; 3]> = split.triangles.iter().map(|t| t.map(|v| split.position_of(v))).collect();
+        let part_of_position = number_parts(split.position_source.len(), &triangles);
+        let part_of: Vec<u32> = triangles.iter().map(|t| part_of_position[t[0] as usize]).collect();
+        let mut left = vec![0_u32; part_of_position.len()];
+        for &part in &part_of {
+            left[part as usize] += 1;
+        }
+        let largest = (0..left.len()).max_by_key(|&part| (left[part], std::cmp::Reverse(part))).unwrap_or(0) as u32;
+        let lone = left.iter().filter(|&&count| count > 0).count() < 2;
+        // Nothing is behind the only part: nothing to look at.
+        let posed: Vec<Vec<[f32; 3]>> = posed.into_iter().filter(|_| !lone).collect();
+        let (triangles, groups) = if lone { (Vec::new(), Vec::new()) } else { (triangles, part_of.clone()) };
+        let bind = posed.first().map_or(&[][..], Vec::as_slice);
+        let areas = areas_of(bind, &triangles);
+        let tree = ClosestTriangles::new(bind, &triangles);
+        let groups = tree.group_by(groups);
+        let with_tree = |pose: Vec<[f32; 3]>| {
+            let mut tree = tree.clone();
+            tree.refit(&pose, &triangles);
+            (pose, tree)
+        };
+        let posed = posed.into_iter().map(with_tree).collect();
+        let color_scale = weights.color * VANISHED_COLOR * COLOR_SHARE as f32 * diagonal;
+        let colors = if lone { Vec::new() } else { shown_colors(mesh, split) };
+        let scenery = Scenery { triangles, posed, groups, colors, color_scale };
+        let found: Vec<Option<(f32, u32)>> = (0..part_of_position.len() as u32)
+            .into_par_iter()
+            .map(|p| {
+                let own = part_of_position[p as usize];
+                if own == largest { None } else { scenery.look(p, |part| part != own) }
             })
             .collect();
-        sums.iter_mut().zip(measured).for_each(|(sum, value)| *sum += value / posed.len() as f32);
+        let losses = found.iter().map(|found| found.map_or(f32::INFINITY, |f| f.0)).collect();
+        let points = watch(&part_of_position, &areas, &found);
+        let count = left.len();
+        let mut prices = vec![f32::INFINITY; count];
+        let (mut shown, mut backed) = (vec![Vec::new(); count], vec![Vec::new(); count]);
+        for (i, point) in points.iter().enumerate() {
+            shown[point.shown_by as usize].push(i as u32);
+            backed[point.next as usize].push(i as u32);
+        }
+        for (part, shown) in shown.iter().enumerate().filter(|(_, shown)| !shown.is_empty()) {
+            prices[part] = price(shown, &points);
+        }
+        let searches_left = points.len() * SEARCHES;
+        Self { losses, part_of, left, prices, points, shown, backed, scenery, searches_left }
     }
-    for (&p, sum) in small.iter().zip(sums) {
-        behind[p as usize] = sum;
+
+    /// What it would cost, for each square metre, if a position vanished with its part, at full detail; infinite in the largest part. m².
+    pub fn loss(&self, position: u32) -> f32 {
+        self.losses[position as usize]
     }
-    behind
+
+    /// What it costs that triangles of one part die, when they are all that it has left.
+    pub fn price_of_last(&self, dying: &[u32]) -> Option<f32> {
+        let part = self.part_of[*dying.first()? as usize] as usize;
+        (self.left[part] as usize == dying.len()).then_some(self.prices[part])
+    }
+
+    /// A triangle died.
+    pub fn remove(&mut self, triangle: u32) {
+        let part = self.part_of[triangle as usize];
+        self.left[part as usize] -= 1;
+        if self.left[part as usize] == 0 {
+            self.follow(part);
+        }
+    }
+
+    /// A part vanished: what it stood for is shown by what lay behind it, and what it lay behind looks for something else.
+    fn follow(&mut self, part: u32) {
+        let shown = std::mem::take(&mut self.shown[part as usize]);
+        let mut looking: Vec<u32> = Vec::new();
+        for i in shown {
+            let point = &mut self.points[i as usize];
+            point.paid = point.paid.max(point.cost);
+            point.shown_by = point.next;
+            // What the largest part stands for is safe.
+            if self.prices[point.next as usize].is_finite() {
+                self.shown[point.next as usize].push(i);
+                looking.push(i);
+            }
+        }
+        let backed = std::mem::take(&mut self.backed[part as usize]);
+        looking.extend(backed.into_iter().filter(|&i| {
+            let point = &self.points[i as usize];
+            point.next == part && self.prices[point.shown_by as usize].is_finite()
+        }));
+        looking.sort_unstable();
+        looking.dedup();
+        if looking.len() > self.searches_left {
+            return;
+        }
+        self.searches_left -= looking.len();
+        let mut touched: Vec<u32> = Vec::new();
+        for i in looking {
+            let Watched { position, shown_by, .. } = self.points[i as usize];
+            let wanted = |other: u32| other != shown_by && self.left[other as usize] > 0;
+            let Some((cost, next)) = self.scenery.look(position, wanted) else { continue };
+            let point = &mut self.points[i as usize];
+            (point.cost, point.next) = (cost, next);
+            self.backed[next as usize].push(i);
+            touched.push(shown_by);
+        }
+        touched.sort_unstable();
+        touched.dedup();
+        for part in touched {
+            self.prices[part as usize] = price(&self.shown[part as usize], &self.points);
+        }
+    }
+}
+
+/// What it costs to lose some points, m² times m².
+fn price(shown: &[u32], points: &[Watched]) -> f32 {
+    let one = |&i: &u32| {
+        let point = &points[i as usize];
+        point.area * (point.cost - point.paid).max(0.0)
+    };
+    shown.iter().map(one).sum()
+}
+
+/// Points of all parts behind which something was found: all positions of a part, or as many as are watched, with its area.
+fn watch(part_of_position: &[u32], areas: &[f32], found: &[Option<(f32, u32)>]) -> Vec<Watched> {
+    let mut by_part: Vec<u32> = (0..found.len() as u32).filter(|&p| found[p as usize].is_some()).collect();
+    by_part.sort_by_key(|&p| part_of_position[p as usize]);
+    let mut points = Vec::new();
+    for part in by_part.chunk_by(|&a, &b| part_of_position[a as usize] == part_of_position[b as usize]) {
+        let chosen = || part.iter().copied().step_by(part.len().div_ceil(MOST_WATCHED));
+        let sum = |positions: &mut dyn Iterator<Item = u32>| positions.map(|p| areas[p as usize]).sum::<f32>();
+        let (whole, watched) = (sum(&mut part.iter().copied()), sum(&mut chosen()));
+        let scale = if watched > 0.0 { whole / watched } else { 1.0 };
+        points.extend(chosen().filter_map(|position| {
+            let (cost, next) = found[position as usize]?;
+            let (area, shown_by) = (areas[position as usize] * scale, part_of_position[position as usize]);
+            Some(Watched { position, area, shown_by, next, paid: 0.0, cost })
+        }));
+    }
+    points
+}
+
+/// For each position, the area of the triangles around it: what its quadric stands for.
+fn areas_of(places: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<f32> {
+    let mut areas = vec![0.0; places.len()];
+    for t in triangles {
+        let [a, b, c] = t.map(|p| places[p as usize]);
+        let n = cross(sub(b, a), sub(c, a));
+        let area = dot(n, n).sqrt() / 2.0;
+        t.iter().for_each(|&p| areas[p as usize] += area);
+    }
+    areas
 }
 
 /// For each position, the lowest position that it hangs together with.

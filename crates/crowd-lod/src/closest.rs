@@ -35,6 +35,11 @@ pub(crate) struct NodeGroups {
 }
 
 impl NodeGroups {
+    /// The group of a triangle.
+    pub fn group_of(&self, triangle: u32) -> u32 {
+        self.of_triangle[triangle as usize]
+    }
+
     /// Whether triangles of a group may lie below a node.
     fn may_hold(&self, node: u32, group: u32) -> bool {
         let of_node = self.of_node[node as usize];
@@ -180,20 +185,23 @@ impl ClosestTriangles {
         NodeGroups { of_triangle, of_node }
     }
 
-    /// Squared distance to the closest triangle of another group than `own`, and which one.
-    pub fn closest_of_others(
+    /// Squared distance to the closest triangle of the groups that are `wanted`, and which one.
+    pub fn closest_of_groups(
         &self,
         point: [f32; 3],
         positions: &[[f32; 3]],
         triangles: &[[u32; 3]],
         groups: &NodeGroups,
-        own: u32,
+        wanted: impl Fn(u32) -> bool,
     ) -> Option<(f32, u32)> {
         let mut best: Option<(f32, u32)> = None;
-        let other = |node: u32| groups.of_node[node as usize] != own;
-        self.descend(point, f32::INFINITY, other, |leaf| {
+        let holds = |node: u32| {
+            let group = groups.of_node[node as usize];
+            group == u32::MAX || wanted(group)
+        };
+        self.descend(point, f32::INFINITY, holds, |leaf| {
             for (&t, squared) in leaf.iter().zip(leaf_distances(point, positions, triangles, leaf)) {
-                if groups.of_triangle[t as usize] != own && best.is_none_or(|b| squared < b.0) {
+                if best.is_none_or(|b| squared < b.0) && wanted(groups.of_triangle[t as usize]) {
                     best = Some((squared, t));
                 }
             }

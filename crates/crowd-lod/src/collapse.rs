@@ -9,6 +9,7 @@
 //! the time. Under Peng 2011 every place around looks at all its edges, and the order is exactly the greedy one.
 
 use crate::attributes::Attributes;
+use crate::behind::Behind;
 use crate::criteria::Rules;
 use crate::fan::Fan;
 use crate::find_images::{Image, ImageFinder, Moved, SEARCHED_TRIANGLES};
@@ -76,8 +77,8 @@ pub(crate) struct Surface<'a> {
     pub gaps: &'a mut LayerGaps,
     /// For each position its mirror image, or `NO_PARTNER`.
     pub partners: &'a [u32],
-    /// For each position, squared distance to what lies behind its part, m²; see `behind`.
-    pub behind: &'a [f32],
+    /// What lies behind each part.
+    pub behind: &'a mut Behind,
 }
 
 /// Performs all allowed collapses.
@@ -94,7 +95,7 @@ pub(crate) fn collapse_edges(
     for &v in surface.split.triangles.as_flattened() {
         references[v as usize] += 1;
     }
-    let lost = (0..position_count).map(|p| surface.behind[p] * surface.quadrics.area(p as u32)).collect();
+    let lost = (0..position_count as u32).map(|p| surface.behind.loss(p) * surface.quadrics.area(p)).collect();
     let mut run = Run {
         surface,
         rules,
@@ -446,6 +447,9 @@ impl Run<'_> {
         }
         if target_lost {
             cost += self.lost[u as usize] + self.lost[t as usize];
+            if let Some(whole) = self.surface.behind.price_of_last(on_edge) {
+                cost = whole;
+            }
             if !cost.is_finite() || topology.alive_count as usize <= on_edge.len() {
                 return Err(Obstacle::Topology);
             }
@@ -490,6 +494,7 @@ impl Run<'_> {
                 touched.push(v);
             }
             topology.remove(i);
+            self.surface.behind.remove(i);
             self.steps.removed.push(i);
         }
         for &i in &moving {

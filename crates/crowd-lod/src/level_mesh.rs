@@ -5,7 +5,8 @@ use crate::{CollapseOrder, Level, LodMesh, reform};
 /// One level as a mesh of its own.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LevelMesh {
-    /// Vertices of the order that the level's triangles use, rising.
+    /// Vertices of the order that the level's triangles use, rising. One refitted may come several times, at places of its own: it says
+    /// which material and colour a vertex has.
     pub vertices: Vec<u32>,
     /// Corners as indices into `vertices`, one entry per triangle of the level, in the order's sequence.
     pub triangles: Vec<[u32; 3]>,

@@ -141,7 +141,7 @@ fn collapse(
         || quadrics::Quadrics::build(mesh, poses, &split, &classes.edge_kinds, options.criteria),
         || (topology::Topology::new(&split), attributes::Attributes::build(mesh, &split, &minded, diagonal)),
     );
-    let behind = behind::measure_behind(mesh, &split, &some_poses.each_ref().map(Vec::as_slice), &minded, diagonal);
+    let mut behind = behind::Behind::measure(mesh, &split, some_poses, &minded, diagonal);
     let mut normals: Vec<[f32; 3]> = split.variant_source.iter().map(|&v| mesh.normals[v as usize]).collect();
     let mut posed = rules.poses();
     let bind = posed.remove(0);
@@ -154,7 +154,7 @@ fn collapse(
         topology: &mut topology,
         quadrics: &mut quadrics,
         attributes: &mut attributes,
-        behind: &behind,
+        behind: &mut behind,
     };
     let ends_at = options.coarsest.triangles(surface.topology.alive_count);
     let steps = collapse::collapse_edges(surface, &rules, ends_at, progress);

@@ -296,6 +296,26 @@ fn a_far_part_outlives_one_that_lies_on_another() {
     assert!(far < 100, "{far}");
 }
 
+/// Lumps that lie on each other do not all go because each has another one behind it: the last of them stays as long as if it were alone.
+#[test]
+fn the_last_of_many_far_parts_outlives_them() {
+    let mut mesh = uv_sphere(24, 16);
+    for i in 0..6 {
+        let mut mote = uv_sphere(6, 4);
+        mote.positions.iter_mut().for_each(|p| *p = [p[0] * 0.02 + 5.0, p[1] * 0.02 + 0.02 * i as f32, p[2] * 0.02]);
+        mesh.append(&mote);
+    }
+    let order = simplify_checked(&mesh, &TestPoses::rest(), &quick());
+    let far = |v: u32| mesh.positions[order.vertex_source[v as usize] as usize][0] > 4.0;
+    let motes = |level: &crate::Level| {
+        let kept = reform(&order.triangles, &order.collapse_map, level.vertex_count, level.triangle_count);
+        kept.iter().filter(|t| t.iter().all(|&v| far(v))).count()
+    };
+    let last = order.levels.iter().find(|level| motes(level) > 0).expect("full detail keeps them");
+    assert!(last.triangle_count < 100, "{last:?}");
+    assert!(motes(last) <= 8, "one of six is left: {}", motes(last));
+}
+
 /// A ball of 5 cm that vanishes 2 m beside a large one is an error of 2 m over its area; as long as it only loses triangles, of less than its size.
 #[test]
 fn an_error_knows_what_vanished() {

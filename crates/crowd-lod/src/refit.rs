@@ -3,7 +3,7 @@
 //! One module a step: `full_detail` (with `charts`) and the level's `shape`; `pairs` and `rims` find which points belong
 //! together; `held` says which places stay; `pulls` says what is made least; `equations` and `solver` make it least, `fit_places` takes the step; `fit_weights` fits
 //! the skinning between the rounds and after them; `fit_normals` and `fit_uvs` (by `fit_attributes`) follow; `flips` turns edges between the rounds, `fit_colors` looks at the
-//! textures last.
+//! textures, `repaint` at plain colours last.
 
 mod charts;
 mod equations;
@@ -18,6 +18,7 @@ mod full_detail;
 mod held;
 mod pairs;
 mod pulls;
+mod repaint;
 mod rims;
 mod shape;
 mod solver;
@@ -59,11 +60,12 @@ impl Default for RefitOptions {
 
 /// The level with its places, skin weights, normals and texture coordinates moved to lie closest to full detail over the frames.
 ///
-/// `mesh` and `poses` are those that `order` was made from, `level` one of its levels. Vertices stay as they are, and so
-/// do triangles, but that some pairs of one chart have their common edge turned to the other diagonal. Vertices that share a
+/// `mesh` and `poses` are those that `order` was made from, `level` one of its levels. Triangles stay
+/// as they are, but that some pairs of one chart have their common edge turned to the other diagonal, and some get the colours of another material or chart; vertices stay,
+/// but for those. Vertices that share a
 /// place still share it afterwards, to the bit, and where they share the skinning they share the new one (at most four joints,
 /// weights in steps of 1/65535); no triangle turns over in a frame that counts or in the texture, texture
-/// coordinates stay in their charts, and the mean squared distance, on points of its own and both ways, never grows. Same bits
+/// coordinates stay in their charts but for such triangles, and the mean squared distance, on points of its own and both ways, never grows. Same bits
 /// for any number of threads.
 ///
 /// Panics if an index lies outside its slice.
@@ -101,6 +103,7 @@ pub fn refit(
 /// A level while it is fitted.
 struct Fit<'a> {
     full: &'a FullDetail<'a>,
+    order: &'a CollapseOrder,
     /// As it was before the fit, but for flipped edges.
     level: LevelMesh,
     dress: Dress,
@@ -123,7 +126,7 @@ struct Dress {
 }
 
 impl<'a> Fit<'a> {
-    fn new(full: &'a FullDetail<'a>, order: &CollapseOrder, level: LevelMesh) -> Self {
+    fn new(full: &'a FullDetail<'a>, order: &'a CollapseOrder, level: LevelMesh) -> Self {
         let shape = Shape::new(&level);
         let count = (level.triangles.len() as u32).saturating_mul(POINTS_PER_TRIANGLE).clamp(LEAST_POINTS, MOST_POINTS);
         let probes = Probes::new(full, &shape, count);
@@ -135,7 +138,7 @@ impl<'a> Fit<'a> {
         let uprights = fit_places::Uprights::new(&shape, &matrices);
         let (pairs, error) = probes.pair(full, &shape, &matrices, false);
         let held = held::find_held(&shape, &pairs, error);
-        Self { full, level, dress, shape, probes, matrices, uprights, most_error: MOST_LEFT * error, held }
+        Self { full, order, level, dress, shape, probes, matrices, uprights, most_error: MOST_LEFT * error, held }
     }
 
     /// Rounds of pairing and moving, as long as that makes the objective less.
@@ -210,13 +213,14 @@ impl<'a> Fit<'a> {
 
     /// The level with everything moved.
     fn finish(self) -> LevelMesh {
-        let Self { full, shape, mut level, dress, .. } = self;
+        let Self { full, order, shape, mut level, dress, .. } = self;
         let (pairs, _) = self.probes.pair(full, &shape, &self.matrices, true);
         let uvs = fit_uvs::fit_uvs(full, &shape, &pairs, &dress.materials, &level);
         let uvs = fit_colors::fit_colors(full, &shape, &pairs, &dress, &level, &uvs);
         level.normals = fit_normals::fit_normals(full, &shape, &pairs, &level);
         level.uvs = uvs;
         shape.write(&mut level);
+        repaint::repaint(full, order, &self.probes.pair_seen(full, &shape, &self.matrices), &mut level);
         level
     }
 }

@@ -64,6 +64,12 @@ pub struct Appearance<'a> {
 pub trait ShownColors: std::fmt::Debug + Sync {
     /// The colour of a material at a texture coordinate, sRGB, 0..=1. `tint`: the vertex colour there, linear.
     fn color(&self, material: u16, uv: [f32; 2], tint: [f32; 3]) -> [f32; 3];
+
+    /// Whether two materials (or one with itself) have no texture and look alike but for their colours: triangles of one may then get the
+    /// other.
+    fn differ_in_color_alone(&self, _a: u16, _b: u16) -> bool {
+        false
+    }
 }
 
 /// The poses that count.

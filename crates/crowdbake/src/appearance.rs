@@ -96,6 +96,12 @@ impl crowd_lod::ShownColors for ShownTextures {
     fn color(&self, material: u16, uv: [f32; 2], tint: [f32; 3]) -> [f32; 3] {
         self.surfaces[usize::from(material)].at(uv, Vec3::from(tint)).to_array()
     }
+
+    fn differ_in_color_alone(&self, a: u16, b: u16) -> bool {
+        let [a, b] = [a, b].map(|m| &self.surfaces[usize::from(m)].material);
+        let plain = a.texture.is_none() && b.texture.is_none() && a.base_color[3] == b.base_color[3];
+        plain && Material { base_color: b.base_color, ..*a } == *b
+    }
 }
 
 fn contrast(

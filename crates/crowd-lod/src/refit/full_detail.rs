@@ -98,6 +98,13 @@ impl<'a> FullDetail<'a> {
         self.color(self.materials[triangle as usize], uv, mix(corners.map(|v| self.tint(v)), weights))
     }
 
+    /// Whether a triangle shows one colour all over: no texture, and all its corners tinted alike.
+    pub fn is_plain(&self, triangle: u32) -> bool {
+        let material = self.materials[triangle as usize];
+        let [a, b, c] = self.triangles[triangle as usize].map(|v| self.mesh.colors[v as usize]);
+        a == b && b == c && self.mesh.appearance.textures.is_some_and(|t| t.differ_in_color_alone(material, material))
+    }
+
     /// Whether a triangle is shaded by its own normal.
     pub fn is_flat(&self, triangle: u32) -> bool {
         let material = usize::from(self.materials[triangle as usize]);

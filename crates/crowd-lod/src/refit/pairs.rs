@@ -80,8 +80,23 @@ impl Probes {
         matrices: &[Vec<Mat3x4>],
         facing: bool,
     ) -> (Vec<Pair>, f64) {
+        self.pair_all(full, shape, matrices, [facing, true])
+    }
+
+    /// Pairs of faces that look the same way, of whatever layers.
+    pub fn pair_seen(&self, full: &FullDetail<'_>, shape: &Shape, matrices: &[Vec<Mat3x4>]) -> Vec<Pair> {
+        self.pair_all(full, shape, matrices, [true, false]).0
+    }
+
+    fn pair_all(
+        &self,
+        full: &FullDetail<'_>,
+        shape: &Shape,
+        matrices: &[Vec<Mat3x4>],
+        ways: [bool; 2],
+    ) -> (Vec<Pair>, f64) {
         let by_frame: Vec<(Vec<Pair>, f64)> =
-            (0..full.frames.len()).into_par_iter().map(|f| self.pair_frame(full, shape, matrices, f, facing)).collect();
+            (0..full.frames.len()).into_par_iter().map(|f| self.pair_frame(full, shape, matrices, f, ways)).collect();
         let sum = by_frame.iter().map(|b| b.1).sum::<f64>();
         (by_frame.into_iter().flat_map(|b| b.0).collect(), sum / 2.0)
     }
@@ -92,7 +107,7 @@ impl Probes {
         shape: &Shape,
         matrices: &[Vec<Mat3x4>],
         f: usize,
-        facing: bool,
+        [facing, layered]: [bool; 2],
     ) -> (Vec<Pair>, f64) {
         let frame = &full.frames[f];
         let posed = shape.pose(&matrices[f]);
@@ -108,7 +123,7 @@ impl Probes {
             let (corners, weights, point) = place(sample, &frame.posed, &full.triangles);
             let facing = facing.then(|| normal(corners));
             let layer = full.layers[sample.triangle as usize];
-            let own = self.alive[layer as usize].then_some((&self.groups, layer));
+            let own = (layered && self.alive[layer as usize]).then_some((&self.groups, layer));
             let Some(hit) = tree.closest_point_in(point, &posed, &shape.triangles, facing, last, own) else { continue };
             last = Some(hit.triangle);
             let corners = shape.triangles[hit.triangle as usize].map(|v| posed[v as usize]);
@@ -130,7 +145,7 @@ impl Probes {
         for sample in self.level.iter().skip(f).step_by(step) {
             let (corners, weights, point) = place(sample, &posed, &shape.triangles);
             let facing = facing.then(|| normal(corners));
-            let own = Some((&full.groups, full.layers[sample.triangle as usize]));
+            let own = layered.then(|| (&full.groups, full.layers[sample.triangle as usize]));
             let Some(hit) = frame.tree.closest_point_in(point, &frame.posed, &full.triangles, facing, last, own) else {
                 continue;
             };

@@ -20,6 +20,8 @@ const REACH: f64 = 0.5;
 const POINTS_PER_EDGE: f64 = 3.0;
 /// Strips narrower than this, in mean edges of the level, count by the square of their width after all.
 const NARROW: f64 = 0.05;
+/// How many times as much a strip costs between plain colours: no texture there hides it, or could slide to mend it.
+const PLAIN_FACTOR: f32 = 8.0;
 /// Where the colour beside an edge is looked up: weights of its ends, and of the triangle's third corner.
 const BESIDE: [f32; 2] = [0.425, 0.15];
 
@@ -162,7 +164,7 @@ impl Rims {
     }
 }
 
-/// Squared difference of the colours on the two sides of each rim edge; 0 where nothing is on the other side, and where nobody
+/// Squared difference of the colours on the two sides of each rim edge, stressed where both are plain; 0 where nothing is on the other side, and where nobody
 /// knows the colours.
 fn find_contrasts(full: &FullDetail<'_>, rim_edges: &[RimEdge]) -> Vec<f32> {
     let place = |v: u32| full.mesh.positions[v as usize].map(zero_signless_bits);
@@ -185,6 +187,8 @@ fn find_contrasts(full: &FullDetail<'_>, rim_edges: &[RimEdge]) -> Vec<f32> {
             dot(off, off) / 3.0
         };
         let most = group[1..].iter().map(difference).fold(0.0, f32::max);
+        let plain = group.iter().all(|side| full.is_plain(rim_edges[side.2].triangle));
+        let most = if plain { most * PLAIN_FACTOR } else { most };
         group.iter().for_each(|side| contrasts[side.2] = most);
     }
     contrasts

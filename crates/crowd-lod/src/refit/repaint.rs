@@ -1,0 +1,322 @@
+//! Gives triangles the colours that full detail shows where they lie, where those are not the colours of their own chart.
+//!
+//! A triangle of a level has the material and the chart that it had at full detail. Where it came to lie over another one, as those around
+//! a belt or a mane do that lost most of their triangles, it may show the wrong colour over most of itself; no move of its corners mends
+//! that. It is given the other material, or the other chart's texture, at corners of its own.
+
+use super::full_detail::FullDetail;
+use super::pairs::{Pair, mix};
+use crate::quadrics::{dot, sub};
+use crate::split_seams::{skinning_key, zero_signless_bits};
+use crate::{CollapseOrder, LevelMesh};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Share of what a triangle's colours are off that other ones have to save: pairs are a sample, not the surface.
+const LEAST_GAIN: f32 = 0.1;
+/// Pairs below which a triangle stays as it is.
+const LEAST_PAIRS: usize = 4;
+/// Share of a triangle's pairs that lie on a chart whose texture it may get.
+const LEAST_SHARE: f32 = 0.3;
+/// What keeps texture coordinates at corners that no pair is near close to the mean, next to all pairs.
+const DAMPING: f32 = 0.02;
+
+/// What a triangle may show: the material and tint of a vertex of the order, and a texture coordinate for each corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Coat {
+    dress: u32,
+    material: u16,
+    tint: [f32; 3],
+    uvs: [[f32; 2]; 3],
+}
+
+/// Gives each triangle of the level the colours of full detail around it with which it is least off, if that saves something:
+/// of plain materials that differ in colour alone, one; of one texture, that of another chart. Vertices are added at its corners, and
+/// those that no triangle uses any more are left out.
+///
+/// `pairs`: of faces that look the same way, of the level as it is.
+pub(crate) fn repaint(full: &FullDetail<'_>, order: &CollapseOrder, pairs: &[Pair], level: &mut LevelMesh) {
+    if !full.knows_colors() {
+        return;
+    }
+    let mut of_triangle: Vec<Vec<u32>> = vec![Vec::new(); level.triangles.len()];
+    for (i, pair) in pairs.iter().enumerate() {
+        of_triangle[pair.triangle as usize].push(i as u32);
+    }
+    let plain = plain_coats(full, order);
+    let chosen: Vec<Option<Coat>> = of_triangle
+        .par_iter()
+        .enumerate()
+        .map(|(t, seen)| {
+            let seen: Vec<&Pair> = seen.iter().map(|&i| &pairs[i as usize]).collect();
+            if seen.len() < LEAST_PAIRS { None } else { choose(full, order, level, t, &seen, &plain) }
+        })
+        .collect();
+    if chosen.iter().all(Option::is_none) {
+        return;
+    }
+    let mut known: BTreeMap<Key, u32> = BTreeMap::new();
+    for v in 0..level.vertices.len() as u32 {
+        known.entry(key(full, order, level, v, level.vertices[v as usize], level.uvs[v as usize])).or_insert(v);
+    }
+    for (t, coat) in chosen.into_iter().enumerate() {
+        let Some(Coat { dress, uvs, .. }) = coat else { continue };
+        for (corner, uv) in uvs.into_iter().enumerate() {
+            let v = level.triangles[t][corner];
+            let key = key(full, order, level, v, dress, uv);
+            level.triangles[t][corner] = *known.entry(key).or_insert_with(|| add_vertex(level, v, dress, uv));
+        }
+    }
+    drop_unused(level);
+}
+
+/// For each plain material and tint, what the first triangle of full detail has that shows it.
+fn plain_coats(full: &FullDetail<'_>, order: &CollapseOrder) -> BTreeMap<(u16, [u8; 4]), Coat> {
+    let mut coats = BTreeMap::new();
+    for t in (0..full.triangles.len() as u32).filter(|&t| full.is_plain(t)) {
+        let first = full.triangles[t as usize][0];
+        let (material, tint) = (full.materials[t as usize], full.tint(first));
+        let (dress, uvs) = (order.triangles[t as usize][0], [full.mesh.uvs[first as usize]; 3]);
+        let coat = Coat { dress, material, tint, uvs };
+        coats.entry((material, full.mesh.colors[first as usize])).or_insert(coat);
+    }
+    coats
+}
+
+/// The coat that the pairs of one triangle are least off with, if that saves enough.
+fn choose(
+    full: &FullDetail<'_>,
+    order: &CollapseOrder,
+    level: &LevelMesh,
+    t: usize,
+    seen: &[&Pair],
+    plain: &BTreeMap<(u16, [u8; 4]), Coat>,
+) -> Option<Coat> {
+    let textures = full.mesh.appearance.textures?;
+    let corners = level.triangles[t];
+    let ordered = corners.map(|v| level.vertices[v as usize]);
+    let sources = ordered.map(|v| order.attribute_source[v as usize]);
+    let material = order.vertex_materials[ordered[0] as usize];
+    let wanted: Vec<[f32; 3]> = seen.iter().map(|p| full.color_in(p.full_triangle, p.full_weights)).collect();
+    let cost = |material: u16, uvs: [[f32; 2]; 3], tints: [[f32; 3]; 3]| -> f32 {
+        let off = |(pair, wanted): (&&Pair, &[f32; 3])| {
+            let uv = [0, 1].map(|i| (0..3).map(|c| uvs[c][i] * pair.weights[c]).sum());
+            let off = sub(textures.color(material, uv, mix(tints, pair.weights)), *wanted);
+            pair.share * dot(off, off)
+        };
+        seen.iter().zip(&wanted).map(off).sum()
+    };
+    let now = cost(material, corners.map(|v| level.uvs[v as usize]), sources.map(|v| full.tint(v)));
+    if now <= 0.0 {
+        return None;
+    }
+    let mut coats: Vec<Coat> = Vec::new();
+    let is_plain = textures.differ_in_color_alone(material, material);
+    let mut charts_tried = vec![full.charts.of_triangle[t]];
+    for pair in seen {
+        let there = pair.full_triangle as usize;
+        let first = full.triangles[there][0];
+        let color_of = |v: u32| full.mesh.colors[v as usize];
+        if is_plain {
+            let coat = plain.get(&(full.materials[there], color_of(first)));
+            let fits = |coat: &&Coat| textures.differ_in_color_alone(material, coat.material) && !coats.contains(coat);
+            coats.extend(coat.filter(fits).copied());
+            continue;
+        }
+        let chart = full.charts.of_triangle[there];
+        let one_tint = sources.iter().chain(&full.triangles[there]).all(|&v| color_of(v) == color_of(first));
+        if full.materials[there] != material || !one_tint || charts_tried.contains(&chart) {
+            continue;
+        }
+        charts_tried.push(chart);
+        let (dress, tint) = (order.triangles[there][0], full.tint(first));
+        coats.extend(uvs_on(full, chart, seen).map(|uvs| Coat { dress, material, tint, uvs }));
+    }
+    let costs = coats.into_iter().map(|coat| (cost(coat.material, coat.uvs, [coat.tint; 3]), coat));
+    let best = costs.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.dress.cmp(&b.1.dress)))?;
+    (best.0 < now * (1.0 - LEAST_GAIN)).then_some(best.1)
+}
+
+/// Texture coordinates of a triangle's corners that lie on a chart of full detail as its pairs there do, by least squares; `None` where few do.
+fn uvs_on(full: &FullDetail<'_>, chart: u32, seen: &[&Pair]) -> Option<[[f32; 2]; 3]> {
+    let there = || seen.iter().filter(|p| full.charts.of_triangle[p.full_triangle as usize] == chart);
+    let share: f32 = there().map(|p| p.share).sum();
+    let all: f32 = seen.iter().map(|p| p.share).sum();
+    if share < LEAST_SHARE * all || there().count() < LEAST_PAIRS {
+        return None;
+    }
+    let (mut low, mut high, mut mean) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2], [0.0_f32; 2]);
+    for pair in there() {
+        let uv = full.uv_at(pair);
+        for i in 0..2 {
+            (low[i], high[i]) = (low[i].min(uv[i]), high[i].max(uv[i]));
+            mean[i] += uv[i] * pair.share / share;
+        }
+    }
+    // Rows of the normal equations, around the mean.
+    let mut rows = [[0.0_f64; 5]; 3];
+    for (i, row) in rows.iter_mut().enumerate() {
+        row[i] = f64::from(DAMPING * share);
+    }
+    for pair in there() {
+        let uv = full.uv_at(pair);
+        for i in 0..3 {
+            let weight = f64::from(pair.share * pair.weights[i]);
+            (0..3).for_each(|j| rows[i][j] += weight * f64::from(pair.weights[j]));
+            (0..2).for_each(|k| rows[i][3 + k] += weight * f64::from(uv[k] - mean[k]));
+        }
+    }
+    for i in 0..3 {
+        let pivot = rows[i];
+        for j in (0..3).filter(|&j| j != i) {
+            let by = rows[j][i] / pivot[i];
+            (0..5).for_each(|k| rows[j][k] -= by * pivot[k]);
+        }
+    }
+    let solved = [0, 1, 2].map(|i| [0, 1].map(|k| mean[k] + (rows[i][3 + k] / rows[i][i]) as f32));
+    solved.as_flattened().iter().all(|c| c.is_finite()).then(|| {
+        // Not far beyond what was seen: other charts may lie beside it in the texture.
+        solved.map(|uv| [0, 1].map(|k| uv[k].clamp(low[k], high[k])))
+    })
+}
+
+/// What tells a vertex of a level from another: place, skinning, normal, texture coordinate, material and tint.
+type Key = ([u32; 3], [(u16, u16); 4], [u32; 3], [u32; 2], u16, [u8; 4]);
+
+/// That of a vertex of the level, with the material and tint of a vertex of the order and a texture coordinate.
+fn key(full: &FullDetail<'_>, order: &CollapseOrder, level: &LevelMesh, v: u32, dress: u32, uv: [f32; 2]) -> Key {
+    let (v, source) = (v as usize, order.attribute_source[dress as usize] as usize);
+    (
+        level.positions[v].map(zero_signless_bits),
+        skinning_key(level.joints[v], level.weights[v]),
+        level.normals[v].map(zero_signless_bits),
+        uv.map(zero_signless_bits),
+        order.vertex_materials[dress as usize],
+        full.mesh.colors[source],
+    )
+}
+
+/// A vertex like `v` with the material and tint of a vertex of the order and a texture coordinate.
+fn add_vertex(level: &mut LevelMesh, v: u32, dress: u32, uv: [f32; 2]) -> u32 {
+    let v = v as usize;
+    level.vertices.push(dress);
+    level.uvs.push(uv);
+    level.positions.push(level.positions[v]);
+    level.normals.push(level.normals[v]);
+    level.joints.push(level.joints[v]);
+    level.weights.push(level.weights[v]);
+    level.vertices.len() as u32 - 1
+}
+
+/// Leaves out the vertices that no triangle uses; the others come by the vertex of the order that they are.
+fn drop_unused(level: &mut LevelMesh) {
+    let mut kept: Vec<u32> = level.triangles.as_flattened().to_vec();
+    kept.sort_unstable_by_key(|&v| (level.vertices[v as usize], v));
+    kept.dedup();
+    let mut number = vec![0_u32; level.vertices.len()];
+    for (i, &v) in kept.iter().enumerate() {
+        number[v as usize] = i as u32;
+    }
+    level.triangles.as_flattened_mut().iter_mut().for_each(|corner| *corner = number[*corner as usize]);
+    fn pick<T: Copy>(values: &[T], kept: &[u32]) -> Vec<T> {
+        kept.iter().map(|&v| values[v as usize]).collect()
+    }
+    level.vertices = pick(&level.vertices, &kept);
+    level.positions = pick(&level.positions, &kept);
+    level.normals = pick(&level.normals, &kept);
+    level.uvs = pick(&level.uvs, &kept);
+    level.joints = pick(&level.joints, &kept);
+    level.weights = pick(&level.weights, &kept);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::refit::pairs::Probes;
+    use crate::refit::shape::Shape;
+    use crate::test_meshes::{TestMesh, TestPoses, grid, quick};
+    use crate::{Appearance, LodMesh, ShownColors, level_mesh, simplify};
+
+    /// Materials are gray steps and nothing else, or one ramp along u.
+    #[derive(Debug)]
+    struct Grays {
+        plain: bool,
+    }
+
+    impl ShownColors for Grays {
+        fn color(&self, material: u16, [u, _]: [f32; 2], _: [f32; 3]) -> [f32; 3] {
+            [if self.plain { f32::from(material) * 0.5 } else { u }; 3]
+        }
+
+        fn differ_in_color_alone(&self, _: u16, _: u16) -> bool {
+            self.plain
+        }
+    }
+
+    /// Repaints full detail of a grid after the pairs of its triangle 0 were sent to triangle `to`.
+    fn repainted(mesh: &TestMesh, textures: &Grays, to: u32) -> (LevelMesh, LevelMesh, CollapseOrder) {
+        let appearance = Appearance { textures: Some(textures), ..Appearance::default() };
+        let lod_mesh = LodMesh { appearance, ..mesh.mesh() };
+        let poses = TestPoses::rest();
+        let order = simplify(&lod_mesh, &poses.poses(), &quick(), &|_| ()).expect("a valid mesh");
+        let before = level_mesh(&lod_mesh, &order, order.levels.last().expect("full detail"));
+        let full = FullDetail::new(&lod_mesh, &poses.poses(), &order, 1);
+        let shape = Shape::new(&before);
+        let mut pairs = Probes::new(&full, &shape, 2000).pair_seen(&full, &shape, &shape.blend(&full.frames));
+        let number = |source: u32| order.triangle_source.iter().position(|&t| t == source).expect("kept") as u32;
+        let moved = pairs.iter_mut().filter(|pair| pair.triangle == number(0));
+        moved.for_each(|pair| pair.full_triangle = number(to));
+        let mut after = before.clone();
+        repaint(&full, &order, &pairs, &mut after);
+        (before, after, order)
+    }
+
+    fn materials(level: &LevelMesh, order: &CollapseOrder) -> Vec<u16> {
+        let of = |t: &[u32; 3]| {
+            let all = t.map(|v| order.vertex_materials[level.vertices[v as usize] as usize]);
+            assert!(all.iter().all(|&m| m == all[0]), "one triangle, one material");
+            all[0]
+        };
+        level.triangles.iter().map(of).collect()
+    }
+
+    #[test]
+    fn a_triangle_over_another_plain_color_gets_it_and_stays_where_it_is() {
+        let mut mesh = grid(4, 2, |_, _| 0.0, |_, _| false);
+        let count = mesh.materials.len();
+        mesh.materials[count / 2..].fill(1);
+        let (before, after, order) = repainted(&mesh, &Grays { plain: true }, count as u32 - 1);
+        let (old, new) = (materials(&before, &order), materials(&after, &order));
+        for (t, (old, new)) in old.iter().zip(&new).enumerate() {
+            let sent = order.triangle_source[t] == 0;
+            assert_eq!(old != new, sent, "{t}");
+            let places = |level: &LevelMesh| level.triangles[t].map(|v| level.positions[v as usize]);
+            assert_eq!(places(&before), places(&after));
+        }
+        assert!(after.vertices.is_sorted());
+        // Between places that look alike anyway, and where materials are not to be exchanged, nothing changes.
+        for (plain, to) in [(true, 1), (false, 1)] {
+            let (before, after, _) = repainted(&mesh, &Grays { plain }, to);
+            assert_eq!(before, after);
+        }
+    }
+
+    #[test]
+    fn a_triangle_over_another_chart_gets_its_texture() {
+        // Two charts: the right half has its texture elsewhere.
+        let mut mesh = grid(2, 2, |_, _| 0.0, |_, _| false);
+        let right = grid(2, 2, |_, _| 0.0, |_, _| false);
+        let first = mesh.positions.len();
+        mesh.append(&right);
+        mesh.positions[first..].iter_mut().for_each(|p| p[0] += 2.0);
+        mesh.uvs[first..].iter_mut().for_each(|uv| uv[0] += 3.0);
+        let (_, after, order) = repainted(&mesh, &Grays { plain: false }, mesh.triangles.len() as u32 - 1);
+        for (t, corners) in after.triangles.iter().enumerate() {
+            let elsewhere =
+                order.triangle_source[t] == 0 || order.triangle_source[t] as usize >= mesh.triangles.len() / 2;
+            for &v in corners {
+                assert_eq!(after.uvs[v as usize][0] >= 3.0, elsewhere, "{t}: {:?}", after.uvs[v as usize]);
+            }
+        }
+    }
+}
