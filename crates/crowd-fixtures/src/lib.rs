@@ -14,6 +14,7 @@ pub mod human_rig;
 pub mod motion;
 pub mod paint_human;
 pub mod people;
+mod person;
 pub mod preview;
 pub mod profile;
 pub mod proofs;

@@ -173,6 +173,13 @@ pub(crate) fn stands_in(min_vertex_count: u32, area_px2: f32, impostor_area_px2:
     min_vertex_count > IMPOSTOR_VERTICES && area_px2 < IMPOSTOR_FADE * impostor_area_px2
 }
 
+/// Whether somebody is drawn as their impostor, alone or with the coarsest mesh, where nobody is dots.
+///
+/// `area_px2`: of the instance, as [`crate::cpu::cull_instances`] says; `config`: with impostors below some area.
+pub fn is_impostor(character: &CharacterRecord, area_px2: f32, config: &FrameConfig) -> bool {
+    stands_in(character.min_vertex_count, area_px2, config.impostor_area_px2)
+}
+
 /// The share of its pixels that an impostor has on the way from the mesh.
 pub(crate) fn impostor_share(area_px2: f32, impostor_area_px2: f32) -> f32 {
     let room = (IMPOSTOR_FADE - 1.0) * impostor_area_px2;

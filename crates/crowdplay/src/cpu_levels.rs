@@ -5,8 +5,8 @@ use crate::crowd::Crowd;
 use crowd_pack::LodRecord;
 use crowd_stages::cpu::PosedPoint;
 use crowd_stages::{
-    Buckets, CrowdData, DrawOptions, Fit, FrameConfig, InstanceRecord, Levels, LodChoice, PointRecord, Technique,
-    Weight, cpu, surface_points,
+    Buckets, CrowdData, DrawOptions, Fit, FrameConfig, InstanceRecord, Levels, LodChoice, MorphRecord, PointRecord,
+    Technique, Weight, cpu, is_impostor, surface_points,
 };
 use std::sync::OnceLock;
 
@@ -37,8 +37,35 @@ impl CpuLevels {
     /// The levels that the technique would draw; how they are submitted does not matter here. Dots and impostors are the GPU's: here everyone keeps a
     /// mesh.
     pub fn select(&self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> cpu::CpuFrame {
+        self.select_meshes(crowd, &FrameConfig { impostor_area_px2: 0.0, ..*config }, options)
+    }
+
+    /// The same as the GPU draws them with impostors: who is one counts as the coarsest mesh, out of which it crosses over.
+    pub fn select_over_impostors(&self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> cpu::CpuFrame {
+        let by_size = options.has_dots() && config.weight != Weight::Error as u32;
+        if crowd.data.impostors.is_none() || options.no_impostors || !by_size {
+            return self.select(crowd, config, options);
+        }
+        let mut frame = self.select_meshes(crowd, config, options);
         let Crowd { data, instances, .. } = crowd;
-        let config = &FrameConfig { dot_area_px2: 0.0, impostor_area_px2: 0.0, ..*config };
+        let culled = cpu::cull_instances(data, instances, config);
+        for (i, (instance, cull)) in instances.iter().zip(&culled).enumerate() {
+            let character = &data.characters[instance.character as usize];
+            if cull.visible == 0 || !is_impostor(character, cull.area_px2, config) {
+                continue;
+            }
+            let (vertex_count, triangle_count) = (character.min_vertex_count, character.min_triangle_count);
+            frame.choices[i] = LodChoice { vertex_count, triangle_count };
+            if let Some(morph) = frame.morphs.get_mut(i) {
+                *morph = MorphRecord { coarser_vertex_count: vertex_count, fraction: 1.0 };
+            }
+        }
+        frame
+    }
+
+    fn select_meshes(&self, crowd: &Crowd, config: &FrameConfig, options: DrawOptions) -> cpu::CpuFrame {
+        let Crowd { data, instances, .. } = crowd;
+        let config = &FrameConfig { dot_area_px2: 0.0, ..*config };
         let by_error = config.weight == Weight::Error as u32;
         match options.technique {
             Technique::PseudoInstancing => cpu::select_full_detail(data, instances, config),

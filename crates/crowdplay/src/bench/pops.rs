@@ -204,7 +204,7 @@ fn moves_of(crowd: &Crowd, instance: &InstanceRecord, before: Level, after: Leve
 
 /// Draws all frames but the first with the levels of the one before, and with their own.
 ///
-/// `levels`: of the crowd; they know no dots, so who is dots counts as the coarsest mesh. `config_of`: of a frame, with its time. The static floor is baked for each frame and has no frame before: `None`.
+/// `levels`: of the crowd; they know no dots, so who is dots counts as the coarsest mesh, as does who is an impostor. `config_of`: of a frame, with its time. The static floor is baked for each frame and has no frame before: `None`.
 pub fn measure_pops(
     backend: &mut GpuBackend,
     crowd: &mut Crowd,
@@ -227,7 +227,7 @@ pub fn measure_pops(
     // As on the GPU, every frame but the first knows how high the water was in the one before.
     let mut water_before_bits = 0;
     let mut select = |crowd: &Crowd, config: &FrameConfig| {
-        let frame = levels.select(crowd, &FrameConfig { water_before_bits, ..*config }, options);
+        let frame = levels.select_over_impostors(crowd, &FrameConfig { water_before_bits, ..*config }, options);
         water_before_bits = frame.water_bits;
         frame
     };

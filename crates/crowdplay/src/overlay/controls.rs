@@ -110,6 +110,7 @@ pub(super) fn drawing(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
             Some([vertex, palettes, compute]) => {
                 format!("now {}: {vertex:.1}, {palettes:.1}, {compute:.1} ms a frame", choice.way.name())
             }
+            None if choice.refused.is_some() => format!("now {}: others do not fit", choice.way.name()),
             None => format!("now {}", choice.way.name()),
         });
     }

@@ -21,7 +21,7 @@ use crate::surface::Screen;
 use crate::view::{self, Viewer, frame_config};
 use crate::{Error, Result, Talk};
 use crowd_stages::gpu::CrowdRenderer;
-use crowd_stages::{BudgetIn, DrawOptions, FrameConfig};
+use crowd_stages::{BudgetIn, DrawOptions, FrameConfig, SkinnedVertex};
 use std::sync::Arc;
 use std::time::Instant;
 use winit::event::MouseButton;
@@ -116,6 +116,12 @@ impl Running {
             Painter::Cpu(Box::new(CpuBackend::new(crowd, screen.size(), samples)?), None)
         } else {
             let format = screen.scene_format();
+            // A slider that goes beyond what can be skinned beforehand would take those ways of skinning from all smaller budgets.
+            let binding = gpu.device.limits().max_storage_buffer_binding_size;
+            let skinnable = u32::try_from(binding / size_of::<SkinnedVertex>() as u64).unwrap_or(u32::MAX);
+            if detail.budget_in == BudgetIn::Vertices && budget <= skinnable {
+                largest_budget = largest_budget.min(skinnable);
+            }
             let options = renderer_options(&gpu.device, crowd, format, samples, largest_budget, detail.budget_in);
             largest_budget = largest_budget.min(match detail.budget_in {
                 BudgetIn::Vertices => options.max_vertices,
