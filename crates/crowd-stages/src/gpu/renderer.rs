@@ -2,6 +2,8 @@
 
 mod borrow;
 mod memory;
+mod prepare;
+mod readings;
 mod reference;
 
 use super::HoldPoses;
@@ -15,19 +17,18 @@ use super::play_motion::{Motion, MotionPlan, check_motion};
 use super::read_back::{self, Meters, ReadBack, RunCounter, StageClock};
 use super::selection::Selection;
 use super::shadows::{Light, STAMPS_A_CASCADE, Shadows};
-use super::skinning_trial::{SkinningChoice, SkinningTrial};
+use super::skinning_trial::SkinningTrial;
 use super::stage_recorder::StageRecorder;
 use super::techniques::{self, Floor, FrameContext, Painter, Workshop};
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
 use crate::dispatch::MAX_CASCADES;
 use crate::{
-    BudgetIn, CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, FillState, Fit, FrameConfig, FrameTotals,
-    InstanceBase, InstanceRecord, Result, SceneryVertex, Skinning, Technique, View, Weight, fit_cascades, shadow_side,
+    BudgetIn, CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, Fit, FrameConfig, FrameTotals, InstanceRecord,
+    Result, SceneryVertex, Skinning, Technique, View, Weight, fit_cascades, shadow_side,
 };
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
-use std::time::{Duration, Instant};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
@@ -530,126 +531,6 @@ impl CrowdRenderer {
         (config, draw_config)
     }
 
-    /// Sets up the stage that holds poses, unless it is.
-    fn prepare_holding(&mut self, device: &wgpu::Device) {
-        if self.hold.is_some() {
-            return;
-        }
-        let stage = HoldPoses::new(device);
-        let (config, crowd) = (&self.frame.config, &self.crowd);
-        let bound = stage.bind(device, config, &crowd.clips, &crowd.clip_speeds, &self.frame.instances);
-        self.hold = Some((stage, bound));
-    }
-
-    /// Sets up shadow maps of that side, unless they are.
-    fn fit_shadows(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, side: u32) -> Result<()> {
-        if self.shadows.as_ref().is_some_and(|shadows| shadows.side == side) {
-            return Ok(());
-        }
-        (self.shadows, self.memory.shadows) = (None, 0);
-        let mut up = Uploader { device, queue, bytes: 0 };
-        let shadows = Shadows::new(&mut up, &self.crowd, &self.frame, &self.draw, &self.options, side)?;
-        self.memory.shadows = shadows.bytes;
-        self.shadows = Some(shadows);
-        Ok(())
-    }
-
-    /// Lets the casters have the vertices that the crowd's own pass skins beforehand, where it does.
-    fn fit_lending(&mut self, device: &wgpu::Device, options: &DrawOptions, skinning: Skinning) {
-        let painter = self.painters[options.technique.number()].as_ref().expect("prepared by the caller");
-        let lender = painter.lender().filter(|_| skinning == Skinning::Compute);
-        if let Some(shadows) = &mut self.shadows {
-            shadows.fit_lending(device, &self.crowd, &self.frame, &self.draw, lender);
-        }
-    }
-
-    /// Sets up occlusion culling for pictures of that size, unless it is.
-    fn fit_occlusion(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, size: (u32, u32)) -> Result<()> {
-        let mut up = Uploader { device, queue, bytes: 0 };
-        let RendererOptions { max_instances, sample_count, .. } = self.options;
-        if self.occlusion.is_none() {
-            self.occlusion = Some(Occlusion::new(&mut up, &self.crowd, &self.frame, max_instances)?);
-            self.memory.occlusion = up.bytes;
-        }
-        let occlusion = self.occlusion.as_mut().expect("set above");
-        let size = (size.0.max(1), size.1.max(1));
-        self.memory.occlusion -= occlusion.pyramid_bytes();
-        let fitted = occlusion.fit(&mut up, &self.crowd, &self.frame, self.draw.depth(), size, sample_count);
-        self.memory.occlusion += occlusion.pyramid_bytes();
-        fitted
-    }
-
-    /// Decides where this frame's vertices are worked out, and sets up what that needs.
-    fn prepare_skinning(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, options: &DrawOptions) -> Skinning {
-        if options.technique != Technique::Bucketed {
-            return Skinning::Vertex;
-        }
-        let arrived = self.read_back.collect(&self.meters);
-        self.trial.took(arrived.frame, arrived.timings_ms.iter().map(|(_, ms)| ms).sum());
-        let way = self.trial.way(options.skinning);
-        // Once: whoever asks for another way by name afterwards keeps what that needs.
-        let is_over = options.skinning == Skinning::Auto && self.trial.take_end();
-        let mut up = Uploader { device, queue, bytes: 0 };
-        let Self { crowd, frame, draw, options, painters, shadows, .. } = self;
-        let painter = painters[Technique::Bucketed.number()].as_mut().expect("prepared by the caller");
-        if way != Skinning::Vertex {
-            let workshop = Workshop { up: &mut up, crowd, frame, draw, options };
-            let prepared = painter.prepare_skinning(workshop);
-            if let Err(error) = prepared {
-                self.trial.refuse(&error);
-                return Skinning::Vertex;
-            }
-            self.memory.skinning += up.bytes;
-        } else if is_over {
-            painter.forget_skinning();
-            self.memory.skinning = 0;
-            if let Some(shadows) = shadows {
-                shadows.forget_lender();
-            }
-        }
-        way
-    }
-
-    /// Sets up what sharing poses needs, where it is asked for and fits: without it everyone is skinned by themselves.
-    fn prepare_sharing(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, options: &DrawOptions) -> bool {
-        if !options.shares_poses() || self.trial.refuses_sharing() {
-            return false;
-        }
-        let mut up = Uploader { device, queue, bytes: 0 };
-        let Self { crowd, frame, draw, options, painters, .. } = self;
-        let painter = painters[Technique::Bucketed.number()].as_mut().expect("prepared by the caller");
-        let prepared = painter.prepare_sharing(Workshop { up: &mut up, crowd, frame, draw, options });
-        if let Err(error) = &prepared {
-            self.trial.refuse_sharing(error);
-            return false;
-        }
-        self.memory.skinning += up.bytes;
-        true
-    }
-
-    /// How many palettes the newest frame of [`Technique::Bucketed`] had to blend, and instances' vertices to skin, where poses are shared:
-    /// one for each pose that somebody is in. Waits. `None` where they never were.
-    pub fn shared_poses(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Option<u32>> {
-        let Some(end) = self.buffer(Technique::Bucketed, "leader_end") else { return Ok(None) };
-        let encoder = device.create_command_encoder(&Default::default());
-        let read: Vec<InstanceBase> = read_back::read_now(device, queue, encoder, end, 1)?;
-        Ok(read.first().map(|end| end.vertex_base))
-    }
-
-    /// How high the water was in the newest frame that filled a budget, whatever its technique: bits of a float for the
-    /// [`FrameConfig::water_before_bits`] of the frame after it. A renderer remembers that by itself; who draws frames of several crowds or techniques in
-    /// turn has to. Waits.
-    pub fn water_bits(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<u32> {
-        let encoder = device.create_command_encoder(&Default::default());
-        let read: Vec<FillState> = read_back::read_now(device, queue, encoder, &self.frame.fill, 1)?;
-        Ok(read.first().map_or(0, |fill| fill.smooth_bits))
-    }
-
-    /// Where the vertices of [`Technique::Bucketed`] are worked out, when `asked` is asked for, and why there.
-    pub fn skinning(&self, asked: Skinning) -> SkinningChoice {
-        self.trial.choice(asked)
-    }
-
     fn complete(&self, config: &FrameConfig, options: &DrawOptions) -> FrameConfig {
         let instance_count = self.instance_count;
         // Levels by error have no water between them to morph by.
@@ -665,46 +546,5 @@ impl CrowdRenderer {
         let complete =
             FrameConfig { instance_count, morph: morphs.into(), dot_area_px2, hold_far_m, hold_px, ..*config };
         FrameConfig { budget_in, impostor_area_px2, ..complete }
-    }
-
-    /// Totals of the newest finished frame, without waiting (`wait`: until the last submitted one is done).
-    ///
-    /// A frame that was recorded but never submitted is waited for a second, no longer.
-    pub fn totals(&mut self, device: &wgpu::Device, wait: bool) -> Option<FrameTotals> {
-        let poll = || if wait { wgpu::PollType::wait_indefinitely() } else { wgpu::PollType::Poll };
-        // An error means a lost device: nothing new will arrive, and the engine hears of it in its own calls.
-        let mut is_alive = device.poll(poll()).is_ok();
-        // The work is done, but where another thread polls the same device, it may still be about to tell us.
-        let patience = Instant::now() + Duration::from_secs(1);
-        while wait && is_alive && self.read_back.is_under_way() && Instant::now() < patience {
-            std::thread::sleep(Duration::from_micros(50));
-            is_alive = device.poll(poll()).is_ok();
-        }
-        self.read_back.collect(&self.meters).totals
-    }
-
-    /// GPU milliseconds per stage of the newest finished frame, where timestamps are offered. Measured from start to
-    /// next start (end stamps of a pass come early on some drivers).
-    pub fn timings_ms(&mut self) -> Vec<(&'static str, f32)> {
-        self.read_back.collect(&self.meters).timings_ms.clone()
-    }
-
-    /// How often the newest finished frame ran the vertex shader for the crowd, as the adapter counts; `None` where it does not.
-    pub fn vertex_runs(&mut self) -> Option<u64> {
-        self.read_back.collect(&self.meters).vertex_runs
-    }
-
-    /// A buffer that the stages wrote, for tests, by its name in the shaders; `None` where a technique has none of that
-    /// name or is not set up. All can be copied from.
-    pub fn buffer(&self, technique: Technique, name: &str) -> Option<&wgpu::Buffer> {
-        match name {
-            "choices" => Some(&self.frame.choices),
-            "culled" => Some(&self.frame.culled),
-            "sums" => Some(&self.frame.sums),
-            "seen" | "tally" | "farthest" => self.occlusion.as_ref()?.buffer(name),
-            "casters" => self.shadows.as_ref()?.buffer("sorted_keys"),
-            "drawn_casters" => self.shadows.as_ref()?.buffer("drawn"),
-            _ => self.painters[technique.number()].as_ref()?.buffer(name),
-        }
     }
 }
