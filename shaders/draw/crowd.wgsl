@@ -196,7 +196,7 @@ fn bucketed_caster(vertex: MeshVertex, owner: Owner) -> @builtin(position) vec4f
 }
 
 // A vertex in the character's own space: where the crowd's own pass has skinned it, read; else skinned here. Adapters that work on groups of
-// vertices go once through both; further joints cost nothing where nobody of a group is alone.
+// vertices run both bodies once; the loop over joints within the second repeats only for those that are skinned here.
 fn borrowed_place(drawn: DrawnInstance, vertex: MeshVertex, number: u32) -> vec3f {
     var local = vec3f(0.0);
     for (var is_lent = drawn.vertex_base != NONE; is_lent; is_lent = false) {

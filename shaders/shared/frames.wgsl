@@ -93,7 +93,7 @@ fn blended_joint(drawn: DrawnInstance, joint: u32) -> mat3x4f {
     var blend = drawn.blend;
     // All of the clip it plays, then the other one's share.
     var share = 1.0;
-    var is_last = drawn.leaving_share <= 0.0;
+    var is_last = !(drawn.leaving_share > 0.0);
     var rows = mat3x4f(vec4f(0.0), vec4f(0.0), vec4f(0.0));
     loop {
         rows += (joint_between(first, second, blend, joint, drawn.storage) - rows) * share;

@@ -211,7 +211,10 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     if strict {
         expect_reached(&baked).map_err(|cause| BakeError::of(Step::Levels, name, cause))?;
     }
-    let odd = warn_of_high_floor(&baked).into_iter().chain(warn_of_size(baked.height_m, baked.bounds.radius));
+    // Who says a size knows it.
+    let odd_size = || warn_of_size(baked.height_m, baked.bounds.radius);
+    let odd_size = if entry.size.is_some() { None } else { odd_size() };
+    let odd = warn_of_high_floor(&baked).into_iter().chain(odd_size);
     let odd: Vec<Warning> = odd.collect();
     baked.warnings.extend(odd);
     Ok(baked)

@@ -194,7 +194,8 @@ pub struct BakeOptions {
     /// Bake it F times as large as the file has it: 0.01 for a file in centimetres, whose characters come out as high as houses [default: 1].
     #[arg(long, value_parser = parse_size_number, value_name = "F", conflicts_with = "height")]
     pub scale: Option<f32>,
-    /// Bake it so many metres high, in the pose at rest [default: as the file has it].
+    /// Bake it so many metres high, in the pose at rest; from 20 m on `crowdplay` takes a character for centimetres, unless told `--height source`
+    /// [default: as the file has it].
     #[arg(long, value_parser = parse_size_number, value_name = "M")]
     pub height: Option<f32>,
     /// Where the continuous detail ends: once a level has at most so many triangles (40), this share of them (0.5%), or where nothing

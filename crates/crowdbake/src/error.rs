@@ -170,6 +170,11 @@ pub enum Cause {
         /// What the file's lengths would be multiplied by.
         factor: f32,
     },
+    /// A height was asked for of something flat.
+    #[error(
+        "--height: the character has no height in the pose at rest; allowed is --scale, so many times the file's size"
+    )]
+    NoHeight,
     /// `--strict` and the file was repaired.
     #[error("{} with --strict; the first: {}", counted(.warnings.len(), "warning"), .warnings.first().map_or("", |w| w.as_str()))]
     Warned {

@@ -19,8 +19,8 @@ pub fn export_level(character: &Unpacked<'_>, level: LodRecord) -> Vec<u8> {
     export_mesh(character, character.vertices, &character.level_triangles(level), level)
 }
 
-/// The bytes of a `.glb` with that level, its vertices moved to where they lie closest to full detail over all frames.
-pub fn export_refitted(character: &Unpacked<'_>, level: LodRecord) -> Vec<u8> {
+/// The bytes of a `.glb` with that level, its vertices moved to where they lie closest to full detail over all frames; and what it then has.
+pub fn export_refitted(character: &Unpacked<'_>, level: LodRecord) -> (Vec<u8>, LodRecord) {
     let mesh = OrderedMesh::of_pack(character).with_textures(ShownTextures::of_pack(character));
     let palettes: Vec<_> = (0..character.clips.len()).flat_map(|clip| character.palettes(clip)).collect();
     let frame_counts: Vec<u32> = character.clips.iter().map(|clip| clip.frame_count).collect();
@@ -29,7 +29,9 @@ pub fn export_refitted(character: &Unpacked<'_>, level: LodRecord) -> Vec<u8> {
     let counts = Level { vertex_count: level.vertex_count, triangle_count: level.triangle_count, error_m: 0.0 };
     let refitted = crowd_lod::refit(&mesh.mesh(), &poses, &mesh.order, &counts, &RefitOptions::default());
     let records = mesh.refit_records(&refitted);
-    export_mesh(character, &records, &refitted.triangles, level)
+    // A triangle that was repainted has vertices of its own.
+    let written = LodRecord { vertex_count: records.len() as u32, ..level };
+    (export_mesh(character, &records, &refitted.triangles, written), written)
 }
 
 /// The bytes of a `.glb` with a level as the pack stores it: its table, and its own vertices where it has some.

@@ -35,7 +35,11 @@ pub(crate) fn resize(raw: &mut RawCharacter, asked: SizeAsked) -> Result<(), Cau
             let rest = crowd_anim::rest_clip(&views::skeleton_of(raw), &views::joints_of(raw))?;
             let posed = pose_positions(&raw.mesh.positions, &raw.mesh.joints, &raw.mesh.weights, &rest.palettes);
             let used = raw.mesh.triangles.iter().flatten().map(|&vertex| posed[vertex as usize]);
-            height_m / height_of(used)
+            let now_m = height_of(used);
+            if now_m <= 0.0 {
+                return Err(Cause::NoHeight);
+            }
+            height_m / now_m
         }
     };
     // A pose P becomes S P S^-1: a uniform scale leaves rotations and scales as they are.

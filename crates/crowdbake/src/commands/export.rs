@@ -25,8 +25,11 @@ pub(super) fn export(args: &ExportArgs, talk: &Talk<'_>) -> Result<u8, BakeError
         refuse_inputs(path, std::slice::from_ref(&args.input))?;
     }
     for (level, path) in &levels {
-        let export = if args.refit { crate::export::export_refitted } else { crate::export::export_level };
-        write_whole(path, &export(&character, *level))?;
+        let (bytes, level) = match args.refit {
+            true => crate::export::export_refitted(&character, *level),
+            false => (crate::export::export_level(&character, *level), *level),
+        };
+        write_whole(path, &bytes)?;
         talk.note(format_args!(
             "{}: {} triangles, {} vertices",
             path.display(),

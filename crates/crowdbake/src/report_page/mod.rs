@@ -57,19 +57,18 @@ pub fn make_page(
     chosen: &[usize],
     watch: Watch<'_>,
 ) -> Result<String, BakeError> {
-    let mut scale = (FULL_SIZE_CHARACTERS / chosen.len().max(1) as f32).clamp(SMALLEST_SCALE, 1.0);
-    loop {
-        let page = make_page_at(contents, title, chosen, scale, watch)?;
-        match smaller_scale(page.len(), scale) {
-            Some(smaller) => scale = smaller,
-            None => return Ok(page),
-        }
-    }
+    let scale = (FULL_SIZE_CHARACTERS / chosen.len().max(1) as f32).clamp(SMALLEST_SCALE, 1.0);
+    let page = make_page_at(contents, title, chosen, scale, watch)?;
+    let Some(smaller) = smaller_scale(page.len(), scale) else { return Ok(page) };
+    let page = make_page_at(contents, title, chosen, smaller, watch)?;
+    // Pictures have a least size, so that even this may be too large.
+    let fits = page.len() <= MOST_BYTES || smaller <= SMALLEST_SCALE;
+    if fits { Ok(page) } else { make_page_at(contents, title, chosen, SMALLEST_SCALE, watch) }
 }
 
 /// The scale that a page of so many bytes is drawn with once more; `None` where it may stay.
 fn smaller_scale(bytes: usize, scale: f32) -> Option<f32> {
-    // Pictures are nearly all of a page, and their bytes go with their pixels; a little less, so that once more will do.
+    // Pictures are nearly all of a page, and their bytes go with their pixels; a little less, so that once more mostly will do.
     let fitting = scale * 0.95 * MOST_BYTES as f32 / bytes as f32;
     (bytes > MOST_BYTES && scale > SMALLEST_SCALE).then(|| fitting.max(SMALLEST_SCALE))
 }

@@ -112,8 +112,10 @@ fn write_viewer(out: &mut String, portrait: &Portrait<'_>, id: &str) {
     let tenth = portrait.levels.iter().position(|shown| shown.ratios.contains(&0.1));
     let chosen = tenth.unwrap_or(portrait.levels.len() - 1);
     // What somebody would export, where the pack has it: the refitted level stands after the one it was made from.
-    let refitted =
-        portrait.levels.get(chosen + 1).filter(|next| next.refitted && next.level == portrait.levels[chosen].level);
+    let refitted = portrait
+        .levels
+        .get(chosen + 1)
+        .filter(|next| next.refitted && next.level.triangle_count == portrait.levels[chosen].level.triangle_count);
     let chosen = chosen + usize::from(refitted.is_some());
     let worst = portrait.worst.as_ref().map(|(frame, _)| {
         format!("<option value=\"1\">At its worst: {}, {:.2} s</option>", Text(&frame.clip), frame.time_s)
