@@ -121,6 +121,50 @@ fn refitted_levels_are_stored_verified_and_exported() {
     );
 }
 
+/// A wavy cloth of small patches in nine plain colours.
+fn patchwork(bench: &Bench) {
+    let (side, colors) = (41, 9);
+    let mut text = "mtllib patchwork.mtl\n".to_owned();
+    for (row, column) in (0..side * side).map(|i| (i / side, i % side)) {
+        let (x, y) = (column as f32 / side as f32, row as f32 / side as f32);
+        text += &format!("v {x} {y} {}\n", 0.1 * libm::sinf(9.0 * x) * libm::cosf(7.0 * y));
+    }
+    for (row, column) in (0..(side - 1) * (side - 1)).map(|i| (i / (side - 1), i % (side - 1))) {
+        let a = row * side + column + 1;
+        let color = (row / 3 * 5 + column / 4 * 7) % colors;
+        text += &format!("usemtl plain{color}\ns 1\nf {a} {} {} {}\n", a + 1, a + 1 + side, a + side);
+    }
+    bench.write("patchwork.obj", text);
+    let tone = |i: usize| ["0.05", "0.5", "1"][i % 3];
+    let color = |i: usize| format!("newmtl plain{i}\nKd {} {} {}\n", tone(i), tone(i / 3), tone(i * 5 / 3));
+    bench.write("patchwork.mtl", (0..colors).map(color).collect::<String>());
+}
+
+#[test]
+fn repainted_levels_are_stored_verified_and_exported() {
+    let (bench, plain) = (Bench::new(), Bench::new());
+    let words = ["bake", "@patchwork.obj", "-o", "@out.crowdpack", "--lod-ratio", "95%,8%,3%"];
+    for (bench, more) in [(&bench, &["--refit"][..]), (&plain, &[])] {
+        patchwork(bench);
+        bench.run(&[&words[..], more].concat()).expect(0);
+        bench.run(&["verify", "@out.crowdpack"]).expect(0);
+        bench.run(&["export", "@out.crowdpack", "--lod", "all", "-o", "@t.glb"]).expect(0);
+    }
+    // How many triangles have each material.
+    let counts = |bench: &Bench, file: &str| {
+        let mut counts = std::collections::BTreeMap::new();
+        let raw = load_character(&bench.path(file), &Limits::default()).unwrap();
+        for part in &raw.mesh.parts {
+            *counts.entry(raw.materials[part.material as usize].name.clone()).or_insert(0) += part.triangle_count;
+        }
+        counts
+    };
+    let (painted, kept) = (counts(&bench, "t.lod3.glb"), counts(&plain, "t.lod3.glb"));
+    assert_eq!(painted.values().sum::<u32>(), kept.values().sum::<u32>());
+    assert_ne!(painted, kept, "some triangle got another color");
+    bench.run(&["report", "@out.crowdpack", "-o", "@page.html"]).expect(0);
+}
+
 #[test]
 fn a_share_that_is_not_reached_is_said_and_refused_when_strict() {
     let bench = Bench::with(&[TRIANGLE, SPHERE]);

@@ -4,7 +4,7 @@
 //! colour, a link of an arm for the gap it leaves. The largest part never vanishes.
 
 use crate::attributes::COLOR_SHARE;
-use crate::closest::{ClosestTriangles, NodeGroups};
+use crate::closest::{ClosestTriangles, LivingNodes, NodeGroups};
 use crate::quadrics::{cross, dot, sub};
 use crate::split_seams::SplitMesh;
 use crate::{AttributeWeights, LodMesh};
@@ -14,15 +14,20 @@ use rayon::prelude::*;
 const VANISHED_COLOR: f32 = 3.0;
 /// Points of a part that are watched at most.
 const MOST_WATCHED: usize = 256;
-/// Searches for what lies behind, for each point watched, before those that vanish are no longer followed.
+/// Searches for what lies behind, in all: so many for each point watched. A part whose points need more than are left is not followed when it
+/// vanishes; those that need fewer still are.
 const SEARCHES: usize = 64;
+/// Points summed up to prices, in all: so many for each point watched. Afterwards prices stay what they are.
+const SUMMED: usize = 1024;
 
 /// What lies behind each part, and what it would cost to lose it, while parts vanish.
 ///
 /// What lay behind a part may vanish before it does: a beard made of lumps that lie on each other would go lump by lump, each for next to
 /// nothing. So points of all parts but the largest are watched: each knows the part that stands for it now, what lies behind that, and
 /// what was paid for it so far.
-#[derive(Debug)]
+///
+/// Empty where nobody asks for prices.
+#[derive(Debug, Default)]
 pub(crate) struct Behind {
     /// For each position, the squared distance to the surface of the other parts, mean over the poses, and the difference in colour as a
     /// squared distance; infinite in the largest part. m².
@@ -32,7 +37,7 @@ pub(crate) struct Behind {
     /// Triangles that each part has left.
     left: Vec<u32>,
     /// What it would cost to lose all that each part stands for, m² times m².
-    prices: Vec<f32>,
+    prices: Vec<Price>,
     points: Vec<Watched>,
     /// Points that each part stands for.
     shown: Vec<Vec<u32>>,
@@ -40,6 +45,27 @@ pub(crate) struct Behind {
     backed: Vec<Vec<u32>>,
     scenery: Scenery,
     searches_left: usize,
+    sums_left: usize,
+}
+
+/// What it costs to lose all that a part stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Price {
+    /// What is then off more than before, colours too, m² times m².
+    pub cost: f32,
+    /// What is then off by its distance alone, m² times m².
+    pub distance: f32,
+    /// Area that the part stands for, m².
+    pub area: f32,
+}
+
+/// How far a point is off where another part stands for it, m².
+#[derive(Debug, Clone, Copy)]
+struct Off {
+    /// Colours too.
+    all: f32,
+    /// The distance alone.
+    distance: f32,
 }
 
 /// A point of a part.
@@ -54,12 +80,18 @@ struct Watched {
     /// What it shows now is this far off, and it would be so far off if that went too, m².
     paid: f32,
     cost: f32,
+    /// The farthest that it has been off by its distance alone, were the part that shows it now to go too, m².
+    distance: f32,
 }
 
 /// The surface at full detail in some poses.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Scenery {
     triangles: Vec<[u32; 3]>,
+    /// Triangles of each part, as far as it is not the only one.
+    of_part: Vec<Vec<u32>>,
+    /// Those of parts that have triangles left.
+    living: LivingNodes,
     posed: Vec<(Vec<[f32; 3]>, ClosestTriangles)>,
     groups: NodeGroups,
     /// Of each position.
@@ -69,19 +101,28 @@ struct Scenery {
 
 impl Scenery {
     /// How far a position is off where the closest surface of the parts that are `wanted` stands for it, m², and which part that is.
-    fn look(&self, position: u32, wanted: impl Fn(u32) -> bool) -> Option<(f32, u32)> {
-        let (mut sum, mut first) = (0.0, None);
+    fn look(&self, position: u32, wanted: impl Fn(u32) -> bool) -> Option<(Off, u32)> {
+        let (mut sum, mut apart, mut first) = (0.0, 0.0, None);
         for (pose, tree) in &self.posed {
-            let found =
-                tree.closest_of_groups(pose[position as usize], pose, &self.triangles, &self.groups, &wanted)?;
-            let (distance, triangle) = found;
+            let point = pose[position as usize];
+            let (distance, triangle) =
+                tree.closest_of_groups(point, pose, &self.triangles, &self.groups, &self.living, &wanted)?;
             let there = self.triangles[triangle as usize].map(|q| self.colors[q as usize]);
             let own = self.colors[position as usize];
             let difference = [0, 1, 2].map(|i| (there[0][i] + there[1][i] + there[2][i]) / 3.0 - own[i]);
             sum += distance + self.color_scale * self.color_scale * dot(difference, difference);
+            apart += distance;
             first = first.or(Some(triangle));
         }
-        first.map(|triangle| (sum / self.posed.len() as f32, self.groups.group_of(triangle)))
+        let count = self.posed.len() as f32;
+        let off = Off { all: sum / count, distance: apart / count };
+        first.map(|triangle| (off, self.groups.group_of(triangle)))
+    }
+
+    /// A part vanished.
+    fn remove(&mut self, part: u32) {
+        let gone = self.of_part.get_mut(part as usize).map(std::mem::take);
+        gone.into_iter().flatten().for_each(|triangle| self.living.remove(triangle));
     }
 }
 
@@ -109,6 +150,11 @@ impl Behind {
         let bind = posed.first().map_or(&[][..], Vec::as_slice);
         let areas = areas_of(bind, &triangles);
         let tree = ClosestTriangles::new(bind, &triangles);
+        let living = tree.count_living();
+        let mut of_part = vec![Vec::new(); left.len()];
+        for (t, &part) in groups.iter().enumerate() {
+            of_part[part as usize].push(t as u32);
+        }
         let groups = tree.group_by(groups);
         let with_tree = |pose: Vec<[f32; 3]>| {
             let mut tree = tree.clone();
@@ -118,18 +164,19 @@ impl Behind {
         let posed = posed.into_iter().map(with_tree).collect();
         let color_scale = weights.color * VANISHED_COLOR * COLOR_SHARE as f32 * diagonal;
         let colors = if lone { Vec::new() } else { shown_colors(mesh, split) };
-        let scenery = Scenery { triangles, posed, groups, colors, color_scale };
-        let found: Vec<Option<(f32, u32)>> = (0..part_of_position.len() as u32)
+        let scenery = Scenery { triangles, of_part, living, posed, groups, colors, color_scale };
+        let found: Vec<Option<(Off, u32)>> = (0..part_of_position.len() as u32)
             .into_par_iter()
             .map(|p| {
                 let own = part_of_position[p as usize];
                 if own == largest { None } else { scenery.look(p, |part| part != own) }
             })
             .collect();
-        let losses = found.iter().map(|found| found.map_or(f32::INFINITY, |f| f.0)).collect();
+        let losses = found.iter().map(|found| found.map_or(f32::INFINITY, |f| f.0.all)).collect();
         let points = watch(&part_of_position, &areas, &found);
         let count = left.len();
-        let mut prices = vec![f32::INFINITY; count];
+        let never = Price { cost: f32::INFINITY, distance: f32::INFINITY, area: 0.0 };
+        let mut prices = vec![never; count];
         let (mut shown, mut backed) = (vec![Vec::new(); count], vec![Vec::new(); count]);
         for (i, point) in points.iter().enumerate() {
             shown[point.shown_by as usize].push(i as u32);
@@ -138,24 +185,24 @@ impl Behind {
         for (part, shown) in shown.iter().enumerate().filter(|(_, shown)| !shown.is_empty()) {
             prices[part] = price(shown, &points);
         }
-        let searches_left = points.len() * SEARCHES;
-        Self { losses, part_of, left, prices, points, shown, backed, scenery, searches_left }
+        let (searches_left, sums_left) = (points.len() * SEARCHES, points.len() * SUMMED);
+        Self { losses, part_of, left, prices, points, shown, backed, scenery, searches_left, sums_left }
     }
 
     /// What it would cost, for each square metre, if a position vanished with its part, at full detail; infinite in the largest part. m².
     pub fn loss(&self, position: u32) -> f32 {
-        self.losses[position as usize]
+        self.losses.get(position as usize).copied().unwrap_or(f32::INFINITY)
     }
 
     /// What it costs that triangles of one part die, when they are all that it has left.
-    pub fn price_of_last(&self, dying: &[u32]) -> Option<f32> {
-        let part = self.part_of[*dying.first()? as usize] as usize;
+    pub fn price_of_last(&self, dying: &[u32]) -> Option<Price> {
+        let part = *self.part_of.get(*dying.first()? as usize)? as usize;
         (self.left[part] as usize == dying.len()).then_some(self.prices[part])
     }
 
     /// A triangle died.
     pub fn remove(&mut self, triangle: u32) {
-        let part = self.part_of[triangle as usize];
+        let Some(&part) = self.part_of.get(triangle as usize) else { return };
         self.left[part as usize] -= 1;
         if self.left[part as usize] == 0 {
             self.follow(part);
@@ -164,6 +211,7 @@ impl Behind {
 
     /// A part vanished: what it stood for is shown by what lay behind it, and what it lay behind looks for something else.
     fn follow(&mut self, part: u32) {
+        self.scenery.remove(part);
         let shown = std::mem::take(&mut self.shown[part as usize]);
         let mut looking: Vec<u32> = Vec::new();
         for i in shown {
@@ -171,7 +219,7 @@ impl Behind {
             point.paid = point.paid.max(point.cost);
             point.shown_by = point.next;
             // What the largest part stands for is safe.
-            if self.prices[point.next as usize].is_finite() {
+            if self.prices[point.next as usize].cost.is_finite() {
                 self.shown[point.next as usize].push(i);
                 looking.push(i);
             }
@@ -179,7 +227,7 @@ impl Behind {
         let backed = std::mem::take(&mut self.backed[part as usize]);
         looking.extend(backed.into_iter().filter(|&i| {
             let point = &self.points[i as usize];
-            point.next == part && self.prices[point.shown_by as usize].is_finite()
+            point.next == part && self.prices[point.shown_by as usize].cost.is_finite()
         }));
         looking.sort_unstable();
         looking.dedup();
@@ -191,31 +239,37 @@ impl Behind {
         for i in looking {
             let Watched { position, shown_by, .. } = self.points[i as usize];
             let wanted = |other: u32| other != shown_by && self.left[other as usize] > 0;
-            let Some((cost, next)) = self.scenery.look(position, wanted) else { continue };
+            let Some((off, next)) = self.scenery.look(position, wanted) else { continue };
             let point = &mut self.points[i as usize];
-            (point.cost, point.next) = (cost, next);
+            (point.cost, point.next) = (off.all, next);
+            point.distance = point.distance.max(off.distance);
             self.backed[next as usize].push(i);
             touched.push(shown_by);
         }
         touched.sort_unstable();
         touched.dedup();
         for part in touched {
-            self.prices[part as usize] = price(&self.shown[part as usize], &self.points);
+            let shown = &self.shown[part as usize];
+            if shown.len() <= self.sums_left {
+                self.sums_left -= shown.len();
+                self.prices[part as usize] = price(shown, &self.points);
+            }
         }
     }
 }
 
-/// What it costs to lose some points, m² times m².
-fn price(shown: &[u32], points: &[Watched]) -> f32 {
-    let one = |&i: &u32| {
-        let point = &points[i as usize];
-        point.area * (point.cost - point.paid).max(0.0)
-    };
-    shown.iter().map(one).sum()
+/// What it costs to lose some points.
+fn price(shown: &[u32], points: &[Watched]) -> Price {
+    let sum = |one: &dyn Fn(&Watched) -> f32| shown.iter().map(|&i| one(&points[i as usize])).sum();
+    Price {
+        cost: sum(&|point| point.area * (point.cost - point.paid).max(0.0)),
+        distance: sum(&|point| point.area * point.distance),
+        area: sum(&|point| point.area),
+    }
 }
 
 /// Points of all parts behind which something was found: all positions of a part, or as many as are watched, with its area.
-fn watch(part_of_position: &[u32], areas: &[f32], found: &[Option<(f32, u32)>]) -> Vec<Watched> {
+fn watch(part_of_position: &[u32], areas: &[f32], found: &[Option<(Off, u32)>]) -> Vec<Watched> {
     let mut by_part: Vec<u32> = (0..found.len() as u32).filter(|&p| found[p as usize].is_some()).collect();
     by_part.sort_by_key(|&p| part_of_position[p as usize]);
     let mut points = Vec::new();
@@ -225,9 +279,9 @@ fn watch(part_of_position: &[u32], areas: &[f32], found: &[Option<(f32, u32)>]) 
         let (whole, watched) = (sum(&mut part.iter().copied()), sum(&mut chosen()));
         let scale = if watched > 0.0 { whole / watched } else { 1.0 };
         points.extend(chosen().filter_map(|position| {
-            let (cost, next) = found[position as usize]?;
+            let (off, next) = found[position as usize]?;
             let (area, shown_by) = (areas[position as usize] * scale, part_of_position[position as usize]);
-            Some(Watched { position, area, shown_by, next, paid: 0.0, cost })
+            Some(Watched { position, area, shown_by, next, paid: 0.0, cost: off.all, distance: off.distance })
         }));
     }
     points
@@ -292,4 +346,69 @@ pub(crate) fn diagonal(places: &[[f32; 3]]) -> f32 {
     }
     let d = sub(high, low);
     if places.is_empty() { 0.0 } else { dot(d, d).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::split_seams::split_seams;
+    use crate::test_meshes::{TestMesh, uv_sphere};
+
+    /// A ball, a lump beside it and a lump on that one, and what lies behind them. Each lump has a triangle named: the near one's, the far one's.
+    fn lumps() -> (TestMesh, [u32; 2]) {
+        let mut mesh = uv_sphere(24, 16);
+        let mut named = [0; 2];
+        for (i, named) in named.iter_mut().enumerate() {
+            *named = mesh.triangles.len() as u32;
+            let mut lump = uv_sphere(6, 4);
+            lump.positions.iter_mut().for_each(|p| *p = [p[0] * 0.1 + 3.0 + 0.07 * i as f32, p[1] * 0.1, p[2] * 0.1]);
+            mesh.append(&lump);
+        }
+        (mesh, named)
+    }
+
+    fn behind(mesh: &TestMesh) -> (Behind, Vec<u32>) {
+        let split = split_seams(&mesh.mesh());
+        let places = split.position_source.iter().map(|&v| mesh.positions[v as usize]).collect();
+        let weights = AttributeWeights { uv: 0.0, normal: 0.0, color: 0.0, layers: 0.0 };
+        (Behind::measure(&mesh.mesh(), &split, [places], &weights, 4.0), split.triangle_source.clone())
+    }
+
+    /// Removes the part of a triangle. Returns its price.
+    fn vanish(behind: &mut Behind, sources: &[u32], triangle: u32) -> Price {
+        let part = behind.part_of[sources.iter().position(|&t| t == triangle).expect("no triangle is degenerate")];
+        let of_part: Vec<u32> = (0..sources.len() as u32).filter(|&t| behind.part_of[t as usize] == part).collect();
+        let price = behind.price_of_last(&of_part).expect("the whole part");
+        of_part.iter().for_each(|&t| behind.remove(t));
+        price
+    }
+
+    #[test]
+    fn what_lay_behind_stands_for_what_vanished() {
+        let (mesh, [near, far]) = lumps();
+        let (mut behind, sources) = behind(&mesh);
+        let first = vanish(&mut behind, &sources, near);
+        let second = vanish(&mut behind, &sources, far);
+        assert!(first.cost < 0.02 * first.area, "the other lump is behind it: {first:?}");
+        assert!(second.distance > 3.0 * second.area, "nothing but the ball, some 2 m off: {second:?}");
+        assert!((second.area - 2.0 * first.area).abs() < 1.0e-3 * second.area, "{first:?} {second:?}");
+    }
+
+    #[test]
+    fn parts_vanish_unfollowed_when_the_searches_are_spent() {
+        let (mesh, [near, far]) = lumps();
+        let (mut behind, sources) = behind(&mesh);
+        behind.searches_left = 0;
+        let first = vanish(&mut behind, &sources, near);
+        let second = vanish(&mut behind, &sources, far);
+        assert!((second.area - first.area).abs() < 1.0e-3 * first.area && first.cost > 0.0, "{first:?} {second:?}");
+        assert!(behind.searches_left == 0 && second.distance < 0.02 * second.area, "priced as at first: {second:?}");
+    }
+
+    #[test]
+    fn nothing_is_asked_of_an_empty_one() {
+        let mut behind = Behind::default();
+        behind.remove(3);
+        assert_eq!((behind.price_of_last(&[3]), behind.loss(3)), (None, f32::INFINITY));
+    }
 }

@@ -27,7 +27,7 @@ struct Node {
 }
 
 /// Groups of triangles, as [`ClosestTriangles::group_by`] notes them.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct NodeGroups {
     of_triangle: Vec<u32>,
     /// The group that all triangles below a node are of, or `u32::MAX`.
@@ -44,6 +44,30 @@ impl NodeGroups {
     fn may_hold(&self, node: u32, group: u32) -> bool {
         let of_node = self.of_node[node as usize];
         of_node == group || of_node == u32::MAX
+    }
+}
+
+/// How many triangles below each node of a tree are still of interest.
+#[derive(Debug, Default)]
+pub(crate) struct LivingNodes {
+    of_node: Vec<u32>,
+    /// Node above each one; the first one is above itself.
+    above: Vec<u32>,
+    /// Leaf of each triangle.
+    leaf_of: Vec<u32>,
+}
+
+impl LivingNodes {
+    /// A triangle is of no interest any more.
+    pub fn remove(&mut self, triangle: u32) {
+        let mut node = self.leaf_of[triangle as usize];
+        loop {
+            self.of_node[node as usize] -= 1;
+            if node == 0 {
+                return;
+            }
+            node = self.above[node as usize];
+        }
     }
 }
 
@@ -185,19 +209,39 @@ impl ClosestTriangles {
         NodeGroups { of_triangle, of_node }
     }
 
-    /// Squared distance to the closest triangle of the groups that are `wanted`, and which one.
+    /// Counts the triangles below each node, all of them of interest.
+    pub fn count_living(&self) -> LivingNodes {
+        let mut living = LivingNodes {
+            of_node: self.nodes.iter().map(|node| node.end - node.start).collect(),
+            above: vec![0; self.nodes.len()],
+            leaf_of: vec![0; self.order.len()],
+        };
+        for (at, node) in self.nodes.iter().enumerate() {
+            if node.second == 0 {
+                let below = &self.order[node.start as usize..node.end as usize];
+                below.iter().for_each(|&t| living.leaf_of[t as usize] = at as u32);
+            } else {
+                living.above[at + 1] = at as u32;
+                living.above[node.second as usize] = at as u32;
+            }
+        }
+        living
+    }
+
+    /// Squared distance to the closest triangle of the groups that are `wanted`, and which one. `living`: at least the triangles of those.
     pub fn closest_of_groups(
         &self,
         point: [f32; 3],
         positions: &[[f32; 3]],
         triangles: &[[u32; 3]],
         groups: &NodeGroups,
+        living: &LivingNodes,
         wanted: impl Fn(u32) -> bool,
     ) -> Option<(f32, u32)> {
         let mut best: Option<(f32, u32)> = None;
         let holds = |node: u32| {
             let group = groups.of_node[node as usize];
-            group == u32::MAX || wanted(group)
+            living.of_node[node as usize] > 0 && (group == u32::MAX || wanted(group))
         };
         self.descend(point, f32::INFINITY, holds, |leaf| {
             for (&t, squared) in leaf.iter().zip(leaf_distances(point, positions, triangles, leaf)) {

@@ -9,7 +9,7 @@
 //! the time. Under Peng 2011 every place around looks at all its edges, and the order is exactly the greedy one.
 
 use crate::attributes::Attributes;
-use crate::behind::Behind;
+use crate::behind::{Behind, Price};
 use crate::criteria::Rules;
 use crate::fan::Fan;
 use crate::find_images::{Image, ImageFinder, Moved, SEARCHED_TRIANGLES};
@@ -152,10 +152,12 @@ struct Run<'a> {
 /// What vanishes in a collapse.
 #[derive(Debug, Clone, Copy, Default)]
 struct Lost {
-    /// Area times squared distance, m² times m².
+    /// Area times squared distance, m² times m², with what colours count.
     cost: f32,
     /// Area of the places that are left without any triangle, but for the two that meet, m².
     area: f32,
+    /// All that goes with the last of a part.
+    part: Option<Price>,
 }
 
 /// Room to work in, kept between evaluations.
@@ -434,7 +436,7 @@ impl Run<'_> {
         let dies = |triangle: u32| topology.touches(triangle, u) && topology.touches(triangle, t);
         let u_moves_nothing = topology.valence(u) == on_edge.len();
         let target_lost = u_moves_nothing && topology.valence(t) == on_edge.len();
-        let (mut cost, mut area) = (0.0, 0.0);
+        let (mut cost, mut area, mut part) = (0.0, 0.0, None);
         for (i, &triangle) in on_edge.iter().enumerate() {
             let c = topology.third(triangle, u, t);
             let seen = on_edge[..i].iter().any(|&other| topology.touches(other, c));
@@ -447,16 +449,15 @@ impl Run<'_> {
         }
         if target_lost {
             cost += self.lost[u as usize] + self.lost[t as usize];
-            if let Some(whole) = self.surface.behind.price_of_last(on_edge) {
-                cost = whole;
-            }
+            part = self.surface.behind.price_of_last(on_edge);
+            cost = part.map_or(cost, |whole| whole.cost);
             if !cost.is_finite() || topology.alive_count as usize <= on_edge.len() {
                 return Err(Obstacle::Topology);
             }
         } else if u_moves_nothing {
             cost += quadrics.area(u) * quadrics.distance_squared(u, t);
         }
-        Ok(Lost { cost, area })
+        Ok(Lost { cost, area, part })
     }
 
     /// What a collapse has cost by now, for each square metre that it concerns: shape, and what vanishes.
@@ -466,7 +467,10 @@ impl Run<'_> {
             Criteria::Wedge => self.charge_lost(u, t, on_edge).unwrap_or_default(),
             Criteria::Peng2011 => Lost::default(),
         };
-        let area = quadrics.merged_area(u, t) + lost.area;
+        // What vanishes with a whole part is seen from afar: its colours are no distance, and it may stand for more than its own area.
+        let of_triangles = quadrics.merged_area(u, t) + lost.area;
+        let area = lost.part.map_or(of_triangles, |part| part.area.max(of_triangles));
+        let lost = Lost { cost: lost.part.map_or(lost.cost, |part| part.distance), ..lost };
         if area > 0.0 { (quadrics.total_cost(move_cost, t) + lost.cost) / area } else { 0.0 }
     }
 

@@ -8,6 +8,8 @@ pub struct LevelMesh {
     /// Vertices of the order that the level's triangles use, rising. One refitted may come several times, at places of its own: it says
     /// which material and colour a vertex has.
     pub vertices: Vec<u32>,
+    /// Vertex of the order that each of `vertices` stands at: itself, but where a refit gave a triangle other colours.
+    pub stands_at: Vec<u32>,
     /// Corners as indices into `vertices`, one entry per triangle of the level, in the order's sequence.
     pub triangles: Vec<[u32; 3]>,
     /// Bind-space position of each of `vertices`, metres.
@@ -50,6 +52,7 @@ pub fn level_mesh(mesh: &LodMesh<'_>, order: &CollapseOrder, level: &Level) -> L
         uvs: vertices.iter().map(|v| mesh.uvs[attributes(v)]).collect(),
         joints: vertices.iter().map(|v| mesh.joints[source(v)]).collect(),
         weights: vertices.iter().map(|v| mesh.weights[source(v)]).collect(),
+        stands_at: vertices.clone(),
         vertices,
         triangles,
     }

@@ -141,7 +141,10 @@ fn collapse(
         || quadrics::Quadrics::build(mesh, poses, &split, &classes.edge_kinds, options.criteria),
         || (topology::Topology::new(&split), attributes::Attributes::build(mesh, &split, &minded, diagonal)),
     );
-    let mut behind = behind::Behind::measure(mesh, &split, some_poses, &minded, diagonal);
+    let mut behind = match options.criteria {
+        Criteria::Wedge => behind::Behind::measure(mesh, &split, some_poses, &minded, diagonal),
+        Criteria::Peng2011 => behind::Behind::default(),
+    };
     let mut normals: Vec<[f32; 3]> = split.variant_source.iter().map(|&v| mesh.normals[v as usize]).collect();
     let mut posed = rules.poses();
     let bind = posed.remove(0);

@@ -64,8 +64,8 @@ impl Default for RefitOptions {
 /// as they are, but that some pairs of one chart have their common edge turned to the other diagonal, and some get the colours of another material or chart; vertices stay,
 /// but for those. Vertices that share a
 /// place still share it afterwards, to the bit, and where they share the skinning they share the new one (at most four joints,
-/// weights in steps of 1/65535); no triangle turns over in a frame that counts or in the texture, texture
-/// coordinates stay in their charts but for such triangles, and the mean squared distance, on points of its own and both ways, never grows. Same bits
+/// weights in steps of 1/65535); no triangle turns over in a frame that counts, or in the texture but where its chart
+/// already does, texture coordinates stay in their charts but for such triangles, and the mean squared distance, on points of its own and both ways, never grows. Same bits
 /// for any number of threads.
 ///
 /// Panics if an index lies outside its slice.

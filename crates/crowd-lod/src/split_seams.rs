@@ -241,7 +241,7 @@ fn split_wedges(mesh: &LodMesh<'_>, position_of_vertex: &[u32], split: &mut Spli
             let material = mesh.triangle_materials[i as usize];
             mesh.triangles[i as usize].map(|v| {
                 let of_vertex = first_instance[v as usize] as usize..first_instance[v as usize + 1] as usize;
-                let at = instances[of_vertex.clone()].iter().position(|instance| instance.1 == material);
+                let at = instances[of_vertex.clone()].binary_search_by_key(&material, |instance| instance.1).ok();
                 variant_of_instance[of_vertex.start + at.expect("every corner was put among the instances")]
             })
         })

@@ -70,6 +70,11 @@ pub trait ShownColors: std::fmt::Debug + Sync {
     fn differ_in_color_alone(&self, _a: u16, _b: u16) -> bool {
         false
     }
+
+    /// Whether a material is seen everywhere, whatever the alpha of its texture and vertices: only then a triangle gets other colours.
+    fn is_opaque(&self, _material: u16) -> bool {
+        true
+    }
 }
 
 /// The poses that count.

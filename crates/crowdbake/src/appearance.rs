@@ -102,6 +102,10 @@ impl crowd_lod::ShownColors for ShownTextures {
         let plain = a.texture.is_none() && b.texture.is_none() && a.base_color[3] == b.base_color[3];
         plain && Material { base_color: b.base_color, ..*a } == *b
     }
+
+    fn is_opaque(&self, material: u16) -> bool {
+        self.surfaces[usize::from(material)].material.alpha_cutoff <= 0.0
+    }
 }
 
 fn contrast(

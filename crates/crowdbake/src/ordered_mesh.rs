@@ -151,14 +151,17 @@ impl OrderedMesh {
         reform(&self.order.triangles, &self.order.collapse_map, level.vertex_count, level.triangle_count)
     }
 
-    /// The vertices of a refitted level as a pack stores them: colour, material and class are those of the order's vertices.
+    /// The vertices of a refitted level as a pack stores them: colour and material are those of the order's vertices, the
+    /// class that of the vertex that each stands at.
     pub fn refit_records(&self, level: &LevelMesh) -> Vec<VertexRecord> {
         let record = |(vertex, &ordered): (usize, &u32)| {
             let old = &self.records[ordered as usize];
             let (position, uv, normal) = (level.positions[vertex], level.uvs[vertex], level.normals[vertex]);
             let moved =
                 crate::views::quantize_vertex(position, normal, uv, level.joints[vertex], level.weights[vertex]);
-            VertexRecord { color: old.color, material_class: old.material_class, ..moved }
+            let class = self.records[level.stands_at[vertex] as usize].class();
+            let material_class = old.material() | class << 16;
+            VertexRecord { color: old.color, material_class, ..moved }
         };
         level.vertices.iter().enumerate().map(record).collect()
     }

@@ -38,6 +38,21 @@ impl ClosestTriangles {
         first: Option<u32>,
         within: Option<(&NodeGroups, u32)>,
     ) -> Option<Hit> {
+        self.closest_point_near(point, positions, triangles, facing, first, within, f32::INFINITY)
+    }
+
+    /// The same, not looking much farther than `farthest`, a squared distance.
+    #[expect(clippy::too_many_arguments, reason = "one search, spelt out")]
+    pub fn closest_point_near(
+        &self,
+        point: [f32; 3],
+        positions: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        facing: Option<[f32; 3]>,
+        first: Option<u32>,
+        within: Option<(&NodeGroups, u32)>,
+        farthest: f32,
+    ) -> Option<Hit> {
         let mut best: Option<Hit> = None;
         let try_triangle = |t: u32, best: &mut Option<Hit>| {
             if within.is_some_and(|(groups, own)| groups.of_triangle[t as usize] != own) {
@@ -58,7 +73,9 @@ impl ClosestTriangles {
             }
         };
         // An equally close triangle may be a lower one.
-        let limit = |best: Option<Hit>| best.map_or(f32::INFINITY, |hit| hit.distance_squared.next_up());
+        let limit = |best: Option<Hit>| {
+            best.map_or(f32::INFINITY, |hit| hit.distance_squared.next_up()).min(farthest.next_up())
+        };
         if let Some(t) = first.filter(|&t| (t as usize) < triangles.len()) {
             try_triangle(t, &mut best);
         }

@@ -267,6 +267,7 @@ mod tests {
         }
         let level = LevelMesh {
             vertices: (0..4).collect(),
+            stands_at: (0..4).collect(),
             triangles: vec![[1, 2, 3], [1, 3, 0]],
             positions: level.positions,
             normals: level.normals,

@@ -6,10 +6,61 @@
 use super::full_detail::FullDetail;
 use super::shape::Shape;
 use crate::Mat3x4;
+use crate::behind::diagonal;
 use crate::closest::{ClosestTriangles, Hit, NodeGroups};
 use crate::measure::{Sample, spread_samples};
 use crate::quadrics::{cross, dot, sub};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Distance within which two surfaces count as one, in shares of the diagonal: of two that lie on each other a point keeps to its own.
+const SAME_PLACE: f32 = 1.0e-5;
+
+/// Which triangles show alike, where a point keeps to those that show what its own triangle does if they are as close as others.
+struct Looks {
+    of_triangle: Vec<u32>,
+    /// Those of the nodes of full detail's trees, and of the level's.
+    full: NodeGroups,
+    level: NodeGroups,
+    /// Square of [`SAME_PLACE`] in metres.
+    same_squared: f32,
+}
+
+impl Looks {
+    fn new(full: &FullDetail<'_>, shape: &Shape, tree: &ClosestTriangles) -> Option<Self> {
+        let look = |t: usize| (full.charts.of_triangle[t], full.mesh.colors[full.triangles[t][0] as usize]);
+        let mut numbers: BTreeMap<(u32, [u8; 4]), u32> = BTreeMap::new();
+        for t in 0..full.triangles.len() {
+            let next = numbers.len() as u32;
+            numbers.entry(look(t)).or_insert(next);
+        }
+        let of_triangle: Vec<u32> = (0..full.triangles.len()).map(|t| numbers[&look(t)]).collect();
+        let same = SAME_PLACE * diagonal(full.mesh.positions);
+        Some(Self {
+            full: full.frames.first()?.tree.group_by(of_triangle.clone()),
+            level: tree.group_by(of_triangle[..shape.triangles.len()].to_vec()),
+            of_triangle,
+            same_squared: same * same,
+        })
+    }
+
+    /// `hit`, or what `search` finds among the triangles that look like `own` if that is as close.
+    fn keep_to(
+        &self,
+        groups: &NodeGroups,
+        own: u32,
+        hit: Hit,
+        search: impl Fn(Option<(&NodeGroups, u32)>, f32) -> Option<Hit>,
+    ) -> Hit {
+        let look = self.of_triangle[own as usize];
+        if self.of_triangle[hit.triangle as usize] == look {
+            return hit;
+        }
+        let farthest = hit.distance_squared + self.same_squared;
+        let alike = search(Some((groups, look)), farthest);
+        alike.filter(|alike| alike.distance_squared <= farthest).unwrap_or(hit)
+    }
+}
 
 /// What the closest point lies on: along what it may slide without the distance growing.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,12 +131,13 @@ impl Probes {
         matrices: &[Vec<Mat3x4>],
         facing: bool,
     ) -> (Vec<Pair>, f64) {
-        self.pair_all(full, shape, matrices, [facing, true])
+        self.pair_all(full, shape, matrices, facing, None)
     }
 
-    /// Pairs of faces that look the same way, of whatever layers.
+    /// Pairs of faces that look the same way, of whatever layers; of several at one place, those that show alike.
     pub fn pair_seen(&self, full: &FullDetail<'_>, shape: &Shape, matrices: &[Vec<Mat3x4>]) -> Vec<Pair> {
-        self.pair_all(full, shape, matrices, [true, false]).0
+        let Some(looks) = Looks::new(full, shape, &self.tree) else { return Vec::new() };
+        self.pair_all(full, shape, matrices, true, Some(&looks)).0
     }
 
     fn pair_all(
@@ -93,10 +145,13 @@ impl Probes {
         full: &FullDetail<'_>,
         shape: &Shape,
         matrices: &[Vec<Mat3x4>],
-        ways: [bool; 2],
+        facing: bool,
+        looks: Option<&Looks>,
     ) -> (Vec<Pair>, f64) {
-        let by_frame: Vec<(Vec<Pair>, f64)> =
-            (0..full.frames.len()).into_par_iter().map(|f| self.pair_frame(full, shape, matrices, f, ways)).collect();
+        let by_frame: Vec<(Vec<Pair>, f64)> = (0..full.frames.len())
+            .into_par_iter()
+            .map(|f| self.pair_frame(full, shape, &matrices[f], f, facing, looks))
+            .collect();
         let sum = by_frame.iter().map(|b| b.1).sum::<f64>();
         (by_frame.into_iter().flat_map(|b| b.0).collect(), sum / 2.0)
     }
@@ -105,12 +160,13 @@ impl Probes {
         &self,
         full: &FullDetail<'_>,
         shape: &Shape,
-        matrices: &[Vec<Mat3x4>],
+        matrices: &[Mat3x4],
         f: usize,
-        [facing, layered]: [bool; 2],
+        facing: bool,
+        looks: Option<&Looks>,
     ) -> (Vec<Pair>, f64) {
         let frame = &full.frames[f];
-        let posed = shape.pose(&matrices[f]);
+        let posed = shape.pose(matrices);
         let mut tree = self.tree.clone();
         tree.refit(&posed, &shape.triangles);
         let mut pairs = Vec::with_capacity((self.full.len() + self.level.len()) / full.frames.len() + 2);
@@ -123,8 +179,12 @@ impl Probes {
             let (corners, weights, point) = place(sample, &frame.posed, &full.triangles);
             let facing = facing.then(|| normal(corners));
             let layer = full.layers[sample.triangle as usize];
-            let own = (layered && self.alive[layer as usize]).then_some((&self.groups, layer));
-            let Some(hit) = tree.closest_point_in(point, &posed, &shape.triangles, facing, last, own) else { continue };
+            let own = (looks.is_none() && self.alive[layer as usize]).then_some((&self.groups, layer));
+            let search = |own: Option<(&NodeGroups, u32)>, farthest| {
+                tree.closest_point_near(point, &posed, &shape.triangles, facing, last, own, farthest)
+            };
+            let Some(hit) = search(own, f32::INFINITY) else { continue };
+            let hit = looks.map_or(hit, |looks| looks.keep_to(&looks.level, sample.triangle, hit, search));
             last = Some(hit.triangle);
             let corners = shape.triangles[hit.triangle as usize].map(|v| posed[v as usize]);
             let at = mix(corners, hit.weights);
@@ -145,10 +205,12 @@ impl Probes {
         for sample in self.level.iter().skip(f).step_by(step) {
             let (corners, weights, point) = place(sample, &posed, &shape.triangles);
             let facing = facing.then(|| normal(corners));
-            let own = layered.then(|| (&full.groups, full.layers[sample.triangle as usize]));
-            let Some(hit) = frame.tree.closest_point_in(point, &frame.posed, &full.triangles, facing, last, own) else {
-                continue;
+            let own = looks.is_none().then(|| (&full.groups, full.layers[sample.triangle as usize]));
+            let search = |own: Option<(&NodeGroups, u32)>, farthest| {
+                frame.tree.closest_point_near(point, &frame.posed, &full.triangles, facing, last, own, farthest)
             };
+            let Some(hit) = search(own, f32::INFINITY) else { continue };
+            let hit = looks.map_or(hit, |looks| looks.keep_to(&looks.full, sample.triangle, hit, search));
             last = Some(hit.triangle);
             let corners = full.triangles[hit.triangle as usize].map(|v| frame.posed[v as usize]);
             sum += f64::from(to_full * hit.distance_squared);

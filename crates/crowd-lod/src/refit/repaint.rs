@@ -20,6 +20,10 @@ const LEAST_PAIRS: usize = 4;
 const LEAST_SHARE: f32 = 0.3;
 /// What keeps texture coordinates at corners that no pair is near close to the mean, next to all pairs.
 const DAMPING: f32 = 0.02;
+/// Plain colours that a triangle is tried with at most, those that most of its pairs lie on.
+const MOST_COATS: usize = 32;
+/// Twice the area that a triangle of a chart has in the texture at least; below, a chart is dots or threads of a palette.
+const LEAST_CHART_AREA: f32 = 1.0e-9;
 
 /// What a triangle may show: the material and tint of a vertex of the order, and a texture coordinate for each corner.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +36,8 @@ struct Coat {
 
 /// Gives each triangle of the level the colours of full detail around it with which it is least off, if that saves something:
 /// of plain materials that differ in colour alone, one; of one texture, that of another chart. Vertices are added at its corners, and
-/// those that no triangle uses any more are left out.
+/// those that no triangle uses any more are left out. Never more vertices than the order has, for a pack has no room for them:
+/// triangles that would need more stay as they are. So does what its alpha cuts out: colours do not tell where its holes are.
 ///
 /// `pairs`: of faces that look the same way, of the level as it is.
 pub(crate) fn repaint(full: &FullDetail<'_>, order: &CollapseOrder, pairs: &[Pair], level: &mut LevelMesh) {
@@ -61,17 +66,52 @@ pub(crate) fn repaint(full: &FullDetail<'_>, order: &CollapseOrder, pairs: &[Pai
     }
     for (t, coat) in chosen.into_iter().enumerate() {
         let Some(Coat { dress, uvs, .. }) = coat else { continue };
-        for (corner, uv) in uvs.into_iter().enumerate() {
-            let v = level.triangles[t][corner];
-            let key = key(full, order, level, v, dress, uv);
-            level.triangles[t][corner] = *known.entry(key).or_insert_with(|| add_vertex(level, v, dress, uv));
+        let corners = level.triangles[t];
+        let keys = [0, 1, 2].map(|corner| key(full, order, level, corners[corner], dress, uvs[corner]));
+        let new_count = keys.iter().filter(|key| !known.contains_key(*key)).count();
+        // Corners that only their texture coordinates told apart would be one.
+        let folds = keys[0] == keys[1] || keys[1] == keys[2] || keys[2] == keys[0];
+        if folds || level.vertices.len() + new_count > order.vertex_source.len() {
+            continue;
+        }
+        for (corner, key) in keys.into_iter().enumerate() {
+            let add = || add_vertex(level, corners[corner], dress, uvs[corner]);
+            level.triangles[t][corner] = *known.entry(key).or_insert_with(add);
         }
     }
     drop_unused(level);
 }
 
+/// What a plain triangle shows: material and tint.
+type Look = (u16, [u8; 4]);
+
+/// The plain looks of full detail that pairs lie on, those with the largest share first.
+fn looks_seen(full: &FullDetail<'_>, seen: &[&Pair]) -> Vec<Look> {
+    let mut shares: BTreeMap<Look, f32> = BTreeMap::new();
+    for pair in seen.iter().filter(|pair| full.is_plain(pair.full_triangle)) {
+        let first = full.triangles[pair.full_triangle as usize][0];
+        let look = (full.materials[pair.full_triangle as usize], full.mesh.colors[first as usize]);
+        *shares.entry(look).or_default() += pair.share;
+    }
+    let mut shares: Vec<(Look, f32)> = shares.into_iter().collect();
+    shares.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    shares.into_iter().map(|(look, _)| look).collect()
+}
+
+/// The charts but for `own` that enough of the pairs lie on, each with the triangle of full detail that the first of them touches.
+fn charts_seen(full: &FullDetail<'_>, seen: &[&Pair], own: u32) -> Vec<(u32, usize)> {
+    let mut shares: BTreeMap<u32, (f32, usize)> = BTreeMap::new();
+    for pair in seen {
+        let there = pair.full_triangle as usize;
+        shares.entry(full.charts.of_triangle[there]).or_insert((0.0, there)).0 += pair.share;
+    }
+    let least = LEAST_SHARE * seen.iter().map(|pair| pair.share).sum::<f32>();
+    let enough = shares.into_iter().filter(|&(chart, (share, _))| chart != own && share >= least);
+    enough.map(|(chart, (_, there))| (chart, there)).collect()
+}
+
 /// For each plain material and tint, what the first triangle of full detail has that shows it.
-fn plain_coats(full: &FullDetail<'_>, order: &CollapseOrder) -> BTreeMap<(u16, [u8; 4]), Coat> {
+fn plain_coats(full: &FullDetail<'_>, order: &CollapseOrder) -> BTreeMap<Look, Coat> {
     let mut coats = BTreeMap::new();
     for t in (0..full.triangles.len() as u32).filter(|&t| full.is_plain(t)) {
         let first = full.triangles[t as usize][0];
@@ -90,13 +130,16 @@ fn choose(
     level: &LevelMesh,
     t: usize,
     seen: &[&Pair],
-    plain: &BTreeMap<(u16, [u8; 4]), Coat>,
+    plain: &BTreeMap<Look, Coat>,
 ) -> Option<Coat> {
     let textures = full.mesh.appearance.textures?;
     let corners = level.triangles[t];
     let ordered = corners.map(|v| level.vertices[v as usize]);
     let sources = ordered.map(|v| order.attribute_source[v as usize]);
     let material = order.vertex_materials[ordered[0] as usize];
+    if !textures.is_opaque(material) {
+        return None;
+    }
     let wanted: Vec<[f32; 3]> = seen.iter().map(|p| full.color_in(p.full_triangle, p.full_weights)).collect();
     let cost = |material: u16, uvs: [[f32; 2]; 3], tints: [[f32; 3]; 3]| -> f32 {
         let off = |(pair, wanted): (&&Pair, &[f32; 3])| {
@@ -111,33 +154,33 @@ fn choose(
         return None;
     }
     let mut coats: Vec<Coat> = Vec::new();
-    let is_plain = textures.differ_in_color_alone(material, material);
-    let mut charts_tried = vec![full.charts.of_triangle[t]];
-    for pair in seen {
-        let there = pair.full_triangle as usize;
-        let first = full.triangles[there][0];
-        let color_of = |v: u32| full.mesh.colors[v as usize];
-        if is_plain {
-            let coat = plain.get(&(full.materials[there], color_of(first)));
-            let fits = |coat: &&Coat| textures.differ_in_color_alone(material, coat.material) && !coats.contains(coat);
-            coats.extend(coat.filter(fits).copied());
-            continue;
+    if textures.differ_in_color_alone(material, material) {
+        let alpha = full.mesh.colors[sources[0] as usize][3];
+        let same_alpha = sources.iter().all(|&v| full.mesh.colors[v as usize][3] == alpha);
+        if !same_alpha || !full.is_plain(t as u32) {
+            return None;
         }
-        let chart = full.charts.of_triangle[there];
-        let one_tint = sources.iter().chain(&full.triangles[there]).all(|&v| color_of(v) == color_of(first));
-        if full.materials[there] != material || !one_tint || charts_tried.contains(&chart) {
-            continue;
+        let fits = |look: &Look| look.1[3] == alpha && textures.differ_in_color_alone(material, look.0);
+        coats.extend(looks_seen(full, seen).into_iter().filter(fits).take(MOST_COATS).filter_map(|l| plain.get(&l)));
+    } else {
+        let tint_of = |v: u32| full.mesh.colors[v as usize];
+        for (chart, there) in charts_seen(full, seen, full.charts.of_triangle[t]) {
+            let first = full.triangles[there][0];
+            let one_tint = sources.iter().chain(&full.triangles[there]).all(|&v| tint_of(v) == tint_of(first));
+            if full.materials[there] != material || !one_tint {
+                continue;
+            }
+            let (dress, tint) = (order.triangles[there][0], full.tint(first));
+            coats.extend(uvs_on(full, chart, seen).map(|uvs| Coat { dress, material, tint, uvs }));
         }
-        charts_tried.push(chart);
-        let (dress, tint) = (order.triangles[there][0], full.tint(first));
-        coats.extend(uvs_on(full, chart, seen).map(|uvs| Coat { dress, material, tint, uvs }));
     }
     let costs = coats.into_iter().map(|coat| (cost(coat.material, coat.uvs, [coat.tint; 3]), coat));
     let best = costs.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.dress.cmp(&b.1.dress)))?;
     (best.0 < now * (1.0 - LEAST_GAIN)).then_some(best.1)
 }
 
-/// Texture coordinates of a triangle's corners that lie on a chart of full detail as its pairs there do, by least squares; `None` where few do.
+/// Texture coordinates of a triangle's corners that lie on a chart of full detail as its pairs there do, by least squares; `None` where few do,
+/// or where it would lie flat or turned over in the texture and the chart does not.
 fn uvs_on(full: &FullDetail<'_>, chart: u32, seen: &[&Pair]) -> Option<[[f32; 2]; 3]> {
     let there = || seen.iter().filter(|p| full.charts.of_triangle[p.full_triangle as usize] == chart);
     let share: f32 = there().map(|p| p.share).sum();
@@ -174,10 +217,22 @@ fn uvs_on(full: &FullDetail<'_>, chart: u32, seen: &[&Pair]) -> Option<[[f32; 2]
         }
     }
     let solved = [0, 1, 2].map(|i| [0, 1].map(|k| mean[k] + (rows[i][3 + k] / rows[i][i]) as f32));
-    solved.as_flattened().iter().all(|c| c.is_finite()).then(|| {
-        // Not far beyond what was seen: other charts may lie beside it in the texture.
-        solved.map(|uv| [0, 1].map(|k| uv[k].clamp(low[k], high[k])))
-    })
+    if !solved.as_flattened().iter().all(|c| c.is_finite()) {
+        return None;
+    }
+    // Not far beyond what was seen: other charts may lie beside it in the texture.
+    let uvs = solved.map(|uv| [0, 1].map(|k| uv[k].clamp(low[k], high[k])));
+    let chart_area = |pair: &Pair| {
+        let corners = full.triangles[pair.full_triangle as usize].map(|v| full.mesh.uvs[v as usize]);
+        doubled_area(corners) * pair.share / share
+    };
+    let way = there().map(|pair| chart_area(pair)).sum::<f32>();
+    (way.abs() <= LEAST_CHART_AREA || doubled_area(uvs) * way.signum() > 0.0).then_some(uvs)
+}
+
+/// Twice the signed area of a triangle in the texture.
+fn doubled_area([a, b, c]: [[f32; 2]; 3]) -> f32 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
 /// What tells a vertex of a level from another: place, skinning, normal, texture coordinate, material and tint.
@@ -205,6 +260,7 @@ fn add_vertex(level: &mut LevelMesh, v: u32, dress: u32, uv: [f32; 2]) -> u32 {
     level.normals.push(level.normals[v]);
     level.joints.push(level.joints[v]);
     level.weights.push(level.weights[v]);
+    level.stands_at.push(level.stands_at[v]);
     level.vertices.len() as u32 - 1
 }
 
@@ -222,6 +278,7 @@ fn drop_unused(level: &mut LevelMesh) {
         kept.iter().map(|&v| values[v as usize]).collect()
     }
     level.vertices = pick(&level.vertices, &kept);
+    level.stands_at = pick(&level.stands_at, &kept);
     level.positions = pick(&level.positions, &kept);
     level.normals = pick(&level.normals, &kept);
     level.uvs = pick(&level.uvs, &kept);
@@ -238,9 +295,11 @@ mod tests {
     use crate::{Appearance, LodMesh, ShownColors, level_mesh, simplify};
 
     /// Materials are gray steps and nothing else, or one ramp along u.
-    #[derive(Debug)]
+    #[derive(Debug, Default)]
     struct Grays {
         plain: bool,
+        /// Alpha cuts holes.
+        cut: bool,
     }
 
     impl ShownColors for Grays {
@@ -251,22 +310,40 @@ mod tests {
         fn differ_in_color_alone(&self, _: u16, _: u16) -> bool {
             self.plain
         }
+
+        fn is_opaque(&self, _: u16) -> bool {
+            !self.cut
+        }
     }
 
     /// Repaints full detail of a grid after the pairs of its triangle 0 were sent to triangle `to`.
     fn repainted(mesh: &TestMesh, textures: &Grays, to: u32) -> (LevelMesh, LevelMesh, CollapseOrder) {
+        repainted_in(mesh, textures, Some(to), 1)
+    }
+
+    /// The same at `room` times the vertices that full detail has, or with the pairs as found.
+    fn repainted_in(
+        mesh: &TestMesh,
+        textures: &Grays,
+        to: Option<u32>,
+        room: usize,
+    ) -> (LevelMesh, LevelMesh, CollapseOrder) {
         let appearance = Appearance { textures: Some(textures), ..Appearance::default() };
         let lod_mesh = LodMesh { appearance, ..mesh.mesh() };
         let poses = TestPoses::rest();
-        let order = simplify(&lod_mesh, &poses.poses(), &quick(), &|_| ()).expect("a valid mesh");
+        let mut order = simplify(&lod_mesh, &poses.poses(), &quick(), &|_| ()).expect("a valid mesh");
         let before = level_mesh(&lod_mesh, &order, order.levels.last().expect("full detail"));
         let full = FullDetail::new(&lod_mesh, &poses.poses(), &order, 1);
         let shape = Shape::new(&before);
         let mut pairs = Probes::new(&full, &shape, 2000).pair_seen(&full, &shape, &shape.blend(&full.frames));
         let number = |source: u32| order.triangle_source.iter().position(|&t| t == source).expect("kept") as u32;
         let moved = pairs.iter_mut().filter(|pair| pair.triangle == number(0));
-        moved.for_each(|pair| pair.full_triangle = number(to));
+        if let Some(to) = to.map(number) {
+            moved.for_each(|pair| pair.full_triangle = to);
+        }
         let mut after = before.clone();
+        // Vertices that no triangle uses: what a coarser level has left.
+        order.vertex_source.resize(before.vertices.len() * room, 0);
         repaint(&full, &order, &pairs, &mut after);
         (before, after, order)
     }
@@ -285,7 +362,9 @@ mod tests {
         let mut mesh = grid(4, 2, |_, _| 0.0, |_, _| false);
         let count = mesh.materials.len();
         mesh.materials[count / 2..].fill(1);
-        let (before, after, order) = repainted(&mesh, &Grays { plain: true }, count as u32 - 1);
+        let plain = Grays { plain: true, ..Grays::default() };
+        let last = Some(count as u32 - 1);
+        let (before, after, order) = repainted_in(&mesh, &plain, last, 2);
         let (old, new) = (materials(&before, &order), materials(&after, &order));
         for (t, (old, new)) in old.iter().zip(&new).enumerate() {
             let sent = order.triangle_source[t] == 0;
@@ -296,9 +375,64 @@ mod tests {
         assert!(after.vertices.is_sorted());
         // Between places that look alike anyway, and where materials are not to be exchanged, nothing changes.
         for (plain, to) in [(true, 1), (false, 1)] {
-            let (before, after, _) = repainted(&mesh, &Grays { plain }, to);
+            let (before, after, _) = repainted(&mesh, &Grays { plain, ..Grays::default() }, to);
             assert_eq!(before, after);
         }
+        // Nor where full detail leaves no room for more vertices, where alpha cuts holes, or where the other one's alpha is another.
+        let (before, after, _) = repainted_in(&mesh, &plain, last, 1);
+        assert_eq!(before, after);
+        let (before, after, _) = repainted_in(&mesh, &Grays { cut: true, plain: true }, last, 2);
+        assert_eq!(before, after);
+        let kept = mesh.colors.clone();
+        let of_last = *mesh.triangles.last().expect("a triangle");
+        mesh.colors.fill([200, 200, 200, 128]);
+        of_last.iter().for_each(|&v| mesh.colors[v as usize] = [200; 4]);
+        let (before, after, _) = repainted_in(&mesh, &plain, last, 2);
+        assert_eq!(before, after);
+        // Nor where the colour runs across the triangle.
+        mesh.colors = kept;
+        mesh.colors[mesh.triangles[0][1] as usize] = [0, 0, 0, 255];
+        let (before, after, _) = repainted_in(&mesh, &plain, last, 2);
+        assert_eq!(before, after);
+    }
+
+    #[test]
+    fn of_two_shells_at_one_place_each_keeps_its_color() {
+        let mut mesh = grid(6, 6, |_, _| 0.0, |_, _| false);
+        let mut other = grid(5, 5, |_, _| 0.0, |_, _| false);
+        other.positions.iter_mut().for_each(|p| *p = [p[0] * 1.2, p[1] * 1.2, p[2]]);
+        other.materials.fill(1);
+        mesh.append(&other);
+        let (before, after, _) = repainted_in(&mesh, &Grays { plain: true, ..Grays::default() }, None, 2);
+        assert_eq!(before, after);
+    }
+
+    #[test]
+    fn a_triangle_whose_corners_would_be_one_stays_as_it_is() {
+        let mut mesh = grid(4, 2, |_, _| 0.0, |_, _| false);
+        let count = mesh.materials.len();
+        mesh.materials[count / 2..].fill(1);
+        let textures = Grays { plain: true, ..Grays::default() };
+        let appearance = Appearance { textures: Some(&textures), ..Appearance::default() };
+        let lod_mesh = LodMesh { appearance, ..mesh.mesh() };
+        let poses = TestPoses::rest();
+        let mut order = simplify(&lod_mesh, &poses.poses(), &quick(), &|_| ()).expect("a valid mesh");
+        let mut level = level_mesh(&lod_mesh, &order, order.levels.last().expect("full detail"));
+        let full = FullDetail::new(&lod_mesh, &poses.poses(), &order, 1);
+        let shape = Shape::new(&level);
+        let mut pairs = Probes::new(&full, &shape, 2000).pair_seen(&full, &shape, &shape.blend(&full.frames));
+        let number = |source: u32| order.triangle_source.iter().position(|&t| t == source).expect("kept") as u32;
+        let first = number(0);
+        let last = number(count as u32 - 1);
+        pairs.iter_mut().filter(|pair| pair.triangle == first).for_each(|pair| pair.full_triangle = last);
+        order.vertex_source.resize(level.vertices.len() * 2, 0);
+        // Two corners at one place, told apart by their texture coordinates alone.
+        let [a, b, _] = level.triangles[first as usize].map(|v| v as usize);
+        level.positions[b] = level.positions[a];
+        level.normals[b] = level.normals[a];
+        let before = level.clone();
+        repaint(&full, &order, &pairs, &mut level);
+        assert_eq!(level, before);
     }
 
     #[test]
@@ -310,7 +444,7 @@ mod tests {
         mesh.append(&right);
         mesh.positions[first..].iter_mut().for_each(|p| p[0] += 2.0);
         mesh.uvs[first..].iter_mut().for_each(|uv| uv[0] += 3.0);
-        let (_, after, order) = repainted(&mesh, &Grays { plain: false }, mesh.triangles.len() as u32 - 1);
+        let (_, after, order) = repainted_in(&mesh, &Grays::default(), Some(mesh.triangles.len() as u32 - 1), 2);
         for (t, corners) in after.triangles.iter().enumerate() {
             let elsewhere =
                 order.triangle_source[t] == 0 || order.triangle_source[t] as usize >= mesh.triangles.len() / 2;
