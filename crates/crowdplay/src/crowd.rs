@@ -104,7 +104,8 @@ const WALKABLE_BYTES: u64 = 4 << 20;
 pub fn open_pack(path: &Path) -> Result<Pack> {
     Pack::open(path).map_err(|source| {
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-        let is_asset = path.is_file() && ["glb", "gltf", "obj", "toml"].contains(&ending.as_str());
+        let is_other = matches!(&source, crowd_pack::Error::Format { place, .. } if place.starts_with("header"));
+        let is_asset = is_other && ["glb", "gltf", "obj", "toml"].contains(&ending.as_str());
         let path = path.to_owned();
         if is_asset { Error::NotBaked { path } } else { Error::Pack { path, source } }
     })

@@ -4,6 +4,7 @@ use crate::{Error, Result};
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 /// Endings of names that are films.
 pub const ENDINGS: [&str; 6] = ["mp4", "mkv", "webm", "mov", "avi", "gif"];
@@ -16,6 +17,8 @@ pub fn is_film(path: &Path) -> bool {
 
 /// How the names of unfinished films begin.
 const PREFIX: &str = ".crowdplay-";
+/// A film that nobody has written to for so long may have been left.
+const LEFT_AFTER: Duration = Duration::from_secs(3600);
 
 /// A file of its own for ffmpeg to write, and the lock on it.
 fn begin_file(
@@ -24,23 +27,32 @@ fn begin_file(
 ) -> std::io::Result<(std::fs::File, tempfile::TempPath)> {
     loop {
         let (file, path) = builder.tempfile_in(folder)?.into_parts();
-        // Where there are no locks, nobody takes what another one writes for a leftover.
-        let _ = file.try_lock();
+        // On Windows a lock would keep ffmpeg out; there nobody can remove what is being written.
+        let is_taken = cfg!(unix) && matches!(file.try_lock(), Err(std::fs::TryLockError::WouldBlock));
         // In the moment before, another process may have found it unlocked.
-        if path.exists() {
+        if !is_taken && path.exists() {
             return Ok((file, path));
         }
     }
 }
 
-/// Removes unfinished films of processes that were killed: those that nobody holds. What cannot be removed stays.
+/// Whether a file is called what [`Film::begin`] calls unfinished films.
+fn is_unfinished(path: &Path) -> bool {
+    let name = path.file_stem().and_then(|name| name.to_str()).unwrap_or_default();
+    let middle = name.strip_prefix(PREFIX).unwrap_or_default();
+    middle.len() == 6 && middle.bytes().all(|byte| byte.is_ascii_alphanumeric()) && is_film(path)
+}
+
+/// Removes unfinished films of processes that were killed: those that nobody holds or has written to for an hour (locks do not reach
+/// other machines everywhere). What cannot be removed stays.
 fn remove_leftovers(folder: &Path) {
     let Ok(files) = std::fs::read_dir(folder) else { return };
     for path in files.filter_map(|file| Some(file.ok()?.path())) {
-        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        if name.starts_with(PREFIX)
-            && is_film(&path)
-            && path.symlink_metadata().is_ok_and(|found| found.is_file())
+        let rests = |found: &std::fs::Metadata| {
+            found.modified().is_ok_and(|then| then.elapsed().is_ok_and(|gone| gone >= LEFT_AFTER))
+        };
+        if is_unfinished(&path)
+            && path.symlink_metadata().is_ok_and(|found| found.is_file() && rests(&found))
             && let Ok(file) = std::fs::OpenOptions::new().write(true).open(&path)
             && file.try_lock().is_ok()
         {
@@ -157,14 +169,21 @@ mod tests {
     #[test]
     fn what_killed_processes_left_is_removed_and_what_is_being_made_is_not() {
         let folder = tempfile::tempdir().unwrap();
-        let others = [".crowdplay-note.txt", "film.mp4", "crowdplay-x.mp4"].map(|name| folder.path().join(name));
-        let left = folder.path().join(".crowdplay-abc123.mp4");
-        others.iter().chain([&left]).for_each(|path| std::fs::write(path, "x").unwrap());
+        let others = [".crowdplay-note12.txt", ".crowdplay-my-film.mp4", "film.mp4", "crowdplay-abc123.mp4"];
+        let others = others.map(|name| folder.path().join(name));
+        let [left, fresh] = ["abc123", "def456"].map(|name| folder.path().join(format!("{PREFIX}{name}.mp4")));
+        others.iter().chain([&left, &fresh]).for_each(|path| std::fs::write(path, "x").unwrap());
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX).suffix(".mkv");
         let (lock, made) = begin_file(&builder, folder.path()).unwrap();
+        let long_ago = std::time::SystemTime::now() - 2 * LEFT_AFTER;
+        for path in others.iter().map(PathBuf::as_path).chain([left.as_path(), &*made]) {
+            std::fs::File::options().write(true).open(path).unwrap().set_modified(long_ago).unwrap();
+        }
         remove_leftovers(folder.path());
-        assert!(!left.exists() && made.exists() && others.iter().all(|path| path.exists()));
+        assert!(!left.exists() && fresh.exists() && others.iter().all(|path| path.exists()));
+        assert!(made.exists() || cfg!(not(unix)));
+        // No test of this program starts another one: nobody else holds what is let go.
         drop(lock);
         remove_leftovers(folder.path());
         assert!(!made.exists(), "nobody makes it any more");

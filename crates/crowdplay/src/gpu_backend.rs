@@ -150,7 +150,7 @@ impl GpuBackend {
         Ok(self.renderer.water_bits(&self.gpu.device, &self.gpu.queue)?)
     }
 
-    /// The one that is drawn into, and while it is read the one that the reference camera's picture is drawn into.
+    /// The one that is drawn into and the one that the reference camera's picture is drawn into: never more, mostly less.
     fn canvas_count(&self) -> u64 {
         1 + u64::from(self.has_reference)
     }

@@ -39,7 +39,7 @@ impl Progress {
 }
 
 fn words(frame: u32, frames: u32, done: f64, gone_s: f64) -> String {
-    let place = if frames > 1 { format!("frame {frame} of {frames}") } else { "drawing".to_owned() };
+    let place = if frames > 1 { format!("frame {} of {frames}", frame + 1) } else { "drawing".to_owned() };
     if done <= 0.0 {
         return format!("{place}, {gone_s:.0} s gone");
     }
@@ -59,9 +59,9 @@ mod tests {
     #[test]
     fn the_time_left_is_said() {
         assert_eq!(words(0, 1, 0.25, 10.0), "drawing, 25 % done, about 30 s left");
-        assert_eq!(words(30, 120, 0.25, 60.0), "frame 30 of 120, 25 % done, about 3 min left");
-        assert_eq!(words(1, 1000, 0.001, 60.0), "frame 1 of 1000, 0 % done, about 17 h left");
-        assert_eq!(words(0, 9, 0.0, 7.0), "frame 0 of 9, 7 s gone");
+        assert_eq!(words(30, 120, 0.25, 60.0), "frame 31 of 120, 25 % done, about 3 min left");
+        assert_eq!(words(1, 1000, 0.001, 60.0), "frame 2 of 1000, 0 % done, about 17 h left");
+        assert_eq!(words(0, 9, 0.0, 7.0), "frame 1 of 9, 7 s gone");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use crate::gpu_device::Gpu;
 use crate::picture::Picture;
 use crate::{Error, Result};
 use std::sync::Arc;
+use std::time::Instant;
 use winit::window::Window;
 
 /// A window one can draw on, with egui over it.
@@ -19,6 +20,9 @@ pub struct Screen {
     config: wgpu::SurfaceConfiguration,
     /// Not while the window is being taken away.
     is_configured: bool,
+    /// Not while it is minimised, where that takes its size.
+    has_area: bool,
+    started: Instant,
     /// Format the scene is drawn in: sRGB.
     scene_format: wgpu::TextureFormat,
     egui_renderer: egui_wgpu::Renderer,
@@ -56,7 +60,20 @@ impl Screen {
         let egui_state =
             egui_winit::State::new(egui.clone(), egui::ViewportId::ROOT, &*window, None, None, Some(largest));
         let egui_renderer = egui_wgpu::Renderer::new(&gpu.device, format, egui_wgpu::RendererOptions::default());
-        Ok(Self { window, egui, egui_state, surface, config, is_configured: true, scene_format, egui_renderer })
+        let (is_configured, has_area) = (true, size.width > 0 && size.height > 0);
+        let started = Instant::now();
+        Ok(Self {
+            window,
+            egui,
+            egui_state,
+            surface,
+            config,
+            is_configured,
+            has_area,
+            started,
+            scene_format,
+            egui_renderer,
+        })
     }
 
     /// Pixels.
@@ -72,6 +89,7 @@ impl Screen {
     /// Follows the window's size.
     pub fn resize(&mut self, device: &wgpu::Device, size: [u32; 2]) {
         let largest = device.limits().max_texture_dimension_2d;
+        self.has_area = size.iter().all(|&side| side > 0);
         let [width, height] = size.map(|side| side.clamp(1, largest));
         if [width, height] != self.size() {
             (self.config.width, self.config.height) = (width, height);
@@ -96,9 +114,24 @@ impl Screen {
         }
     }
 
+    /// What happened since the last frame, as `egui_winit::State::take_egui_input` has it, but of the size that the window last told: that one
+    /// asks the display server, and the answer of one that has gone is a panic.
+    fn overlay_input(&mut self) -> egui::RawInput {
+        let points_per_pixel = 1.0 / egui_winit::pixels_per_point(&self.egui, &self.window);
+        let [width, height] = self.size().map(|side| side as f32 * points_per_pixel);
+        let native_pixels_per_point = Some(self.window.scale_factor() as f32);
+        let input = self.egui_state.egui_input_mut();
+        input.time = Some(self.started.elapsed().as_secs_f64());
+        input.screen_rect =
+            self.has_area.then(|| egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height)));
+        input.viewport_id = egui::ViewportId::ROOT;
+        input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = native_pixels_per_point;
+        input.take()
+    }
+
     /// Lays out the overlay.
     pub fn run_overlay(&mut self, show: impl FnMut(&mut egui::Ui)) -> egui::FullOutput {
-        let input = self.egui_state.take_egui_input(&self.window);
+        let input = self.overlay_input();
         self.egui.run_ui(input, show)
     }
 

@@ -141,7 +141,11 @@ impl Running {
                     kept.fit(&gpu, &mut renderer, screen.size(), Some(asked))?;
                 }
                 // Sliders and a target rise to what fits.
-                largest_budget = kept.fit(&gpu, &mut renderer, screen.size(), None)?;
+                let fitting = kept.fit(&gpu, &mut renderer, screen.size(), None)?;
+                if fitting > largest_budget {
+                    kept.fit(&gpu, &mut renderer, screen.size(), Some(largest_budget))?;
+                }
+                largest_budget = fitting.min(largest_budget);
                 let begins_there = detail.budget.is_some() || detail.target_ms.is_some();
                 budget = if begins_there { budget.min(largest_budget) } else { largest_budget };
                 room = Some(kept);
