@@ -9,10 +9,10 @@
 //! the time. Under Peng 2011 every place around looks at all its edges, and the order is exactly the greedy one.
 
 use crate::attributes::Attributes;
-use crate::behind::{Behind, Price};
+use crate::behind::Behind;
 use crate::criteria::Rules;
 use crate::fan::Fan;
-use crate::find_images::{Image, ImageFinder, Moved, SEARCHED_TRIANGLES};
+use crate::find_images::{ImageFinder, Moved};
 use crate::layer_gaps::LayerGaps;
 use crate::quadrics::Quadrics;
 use crate::split_seams::SplitMesh;
@@ -20,13 +20,15 @@ use crate::symmetry::NO_PARTNER;
 use crate::topology::{Spoke, Topology};
 use crate::volumes::Volumes;
 use crate::{Blocked, Criteria, Obstacle};
+use obstacles::count_blocked;
 use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Share of the squared edge length added to the mean squared distance when ranking: where the surface is flat, short
-/// edges go first and triangles stay even. Too small to matter anywhere else.
-const LENGTH_SHARE: f32 = 1.0e-5;
+mod costs;
+mod obstacles;
+mod perform;
+
 /// How much dearer a queued collapse may be when its turn comes, without another look around.
 const STILL_SAME: f32 = 1.000_01;
 /// How much dearer the mirror image of a collapse may be and still follow it at once.
@@ -147,17 +149,6 @@ struct Run<'a> {
     /// Triangles at which enough is collapsed.
     ends_at: u32,
     steps: Steps,
-}
-
-/// What vanishes in a collapse.
-#[derive(Debug, Clone, Copy, Default)]
-struct Lost {
-    /// Area times squared distance, m² times m², with what colours count.
-    cost: f32,
-    /// Area of the places that are left without any triangle, but for the two that meet, m².
-    area: f32,
-    /// All that goes with the last of a part.
-    part: Option<Price>,
 }
 
 /// Room to work in, kept between evaluations.
@@ -379,273 +370,4 @@ impl Run<'_> {
             fan.measure(self.rules, self.surface.split);
         }
     }
-
-    /// What a collapse does to the shape: the part of what the queue sorts by that is known without its images.
-    fn shape_rank(&self, u: u32, t: u32, move_cost: f32) -> f32 {
-        let quadrics = &self.surface.quadrics;
-        let even = LENGTH_SHARE * self.rules.bind_distance_squared(u, t) * quadrics.merged_area(u, t);
-        // What the collapse adds to all that was paid, so that the sum stays least; the paper ranks by the sum itself.
-        match self.rules.criteria() {
-            Criteria::Wedge => move_cost - quadrics.paid(u) + even,
-            Criteria::Peng2011 => quadrics.total_cost(move_cost, t) + even,
-        }
-    }
-
-    /// What the queue sorts by, but for what the rules charge: shape, and what the images add to what was paid for what they show. Never
-    /// negative and never NaN, so that its bits sort as it does.
-    fn shown_rank(&self, shape: f32, moved: &[Moved]) -> f32 {
-        let attributes = &self.surface.attributes;
-        let shown: f64 = moved.iter().map(|m| m.cost - attributes.paid(m.variant)).sum();
-        let rank = shape + shown as f32;
-        if rank.is_nan() { f32::INFINITY } else { rank.max(0.0) }
-    }
-
-    /// Whether the rules allow a collapse of the centre of `fan`, and what they charge for it, but for the volume: nothing below zero.
-    fn allow(
-        &self,
-        fan: &Fan,
-        spokes: &[Spoke],
-        edge: &Spoke,
-        on_edge: &[u32],
-        moved: &[Moved],
-    ) -> Result<f32, Obstacle> {
-        let Surface { split, topology, .. } = &self.surface;
-        let u = fan.center;
-        match self.rules.criteria() {
-            Criteria::Peng2011 => self.rules.check(topology, split, u, spokes, edge).map(|()| 0.0),
-            Criteria::Wedge => {
-                let turned = self.rules.charge(split, fan, spokes, edge, moved)?;
-                let pressed = self.surface.gaps.charge(topology, u, edge.to);
-                Ok(turned + pressed + self.charge_lost(u, edge.to, on_edge)?.cost)
-            }
-        }
-    }
-
-    /// What it costs that the surface then encloses more or less. Never below zero.
-    fn charge_volume(&self, fan: &Fan, t: u32) -> f32 {
-        match self.rules.criteria() {
-            Criteria::Wedge => self.volumes.charge(fan, self.rules, self.surface.quadrics, t),
-            Criteria::Peng2011 => 0.0,
-        }
-    }
-
-    /// What it costs that places are left without any triangle: what they stood for is then as far away as the target, or, when the target
-    /// goes too, as what lies behind the part.
-    fn charge_lost(&self, u: u32, t: u32, on_edge: &[u32]) -> Result<Lost, Obstacle> {
-        let Surface { topology, quadrics, .. } = &self.surface;
-        let dies = |triangle: u32| topology.touches(triangle, u) && topology.touches(triangle, t);
-        let u_moves_nothing = topology.valence(u) == on_edge.len();
-        let target_lost = u_moves_nothing && topology.valence(t) == on_edge.len();
-        let (mut cost, mut area, mut part) = (0.0, 0.0, None);
-        for (i, &triangle) in on_edge.iter().enumerate() {
-            let c = topology.third(triangle, u, t);
-            let seen = on_edge[..i].iter().any(|&other| topology.touches(other, c));
-            if seen || topology.valence(c) > on_edge.len() || !topology.around(c).all(dies) {
-                continue;
-            }
-            area += quadrics.area(c);
-            cost +=
-                if target_lost { self.lost[c as usize] } else { quadrics.area(c) * quadrics.distance_squared(c, t) };
-        }
-        if target_lost {
-            cost += self.lost[u as usize] + self.lost[t as usize];
-            part = self.surface.behind.price_of_last(on_edge);
-            cost = part.map_or(cost, |whole| whole.cost);
-            if !cost.is_finite() || topology.alive_count as usize <= on_edge.len() {
-                return Err(Obstacle::Topology);
-            }
-        } else if u_moves_nothing {
-            cost += quadrics.area(u) * quadrics.distance_squared(u, t);
-        }
-        Ok(Lost { cost, area, part })
-    }
-
-    /// What a collapse has cost by now, for each square metre that it concerns: shape, and what vanishes.
-    fn mean_cost(&self, u: u32, t: u32, move_cost: f32, on_edge: &[u32]) -> f32 {
-        let quadrics = &self.surface.quadrics;
-        let lost = match self.rules.criteria() {
-            Criteria::Wedge => self.charge_lost(u, t, on_edge).unwrap_or_default(),
-            Criteria::Peng2011 => Lost::default(),
-        };
-        // What vanishes with a whole part is seen from afar: its colours are no distance, and it may stand for more than its own area.
-        let of_triangles = quadrics.merged_area(u, t) + lost.area;
-        let area = lost.part.map_or(of_triangles, |part| part.area.max(of_triangles));
-        let lost = Lost { cost: lost.part.map_or(lost.cost, |part| part.distance), ..lost };
-        if area > 0.0 { (quadrics.total_cost(move_cost, t) + lost.cost) / area } else { 0.0 }
-    }
-
-    /// Moves the centre of the fan in `scratch` to `t` and logs the step.
-    fn collapse(&mut self, t: u32, scratch: &Scratch) {
-        let Scratch { fan, on_edge: dying, moved, .. } = scratch;
-        let u = fan.center;
-        let move_cost = match self.known_costs[u as usize].iter().find(|k| k.0 == t) {
-            Some(&(_, cost)) => cost,
-            None => self.surface.quadrics.move_cost(u, t),
-        };
-        self.steps.costs.push(self.mean_cost(u, t, move_cost, dying));
-
-        self.surface.gaps.follow(self.surface.topology, u, t);
-        self.volumes.follow(fan, self.rules, t);
-        let images = self.settle_images(t, moved);
-        let topology = &mut *self.surface.topology;
-        let moving: Vec<u32> = topology.around(u).filter(|i| !dying.contains(i)).collect();
-        let mut touched: Vec<u32> = Vec::new();
-        let mut thirds: Vec<u32> = Vec::new();
-        for &i in dying {
-            thirds.push(topology.third(i, u, t));
-            for v in topology.triangles[i as usize] {
-                self.references[v as usize] -= 1;
-                touched.push(v);
-            }
-            topology.remove(i);
-            self.surface.behind.remove(i);
-            self.steps.removed.push(i);
-        }
-        for &i in &moving {
-            let corner = topology.corner_at(i, u);
-            let variant = topology.triangles[i as usize][corner];
-            let image = image_of(&images, variant);
-            topology.triangles[i as usize][corner] = image;
-            self.references[variant as usize] -= 1;
-            self.references[image as usize] += 1;
-        }
-        topology.move_triangles(u, t, &moving);
-        self.drop_unreferenced(&images, touched);
-        self.steps.dropped_ends.push(self.steps.dropped.len() as u32);
-        self.steps.removed_ends.push(self.steps.removed.len() as u32);
-
-        self.surface.quadrics.merge(u, t, move_cost);
-        self.lost[t as usize] += self.lost[u as usize];
-        thirds.sort_unstable();
-        thirds.dedup();
-        for c in thirds {
-            // A place without triangles left: what it stood for goes on at the target.
-            if self.surface.topology.valence(c) == 0 {
-                let move_cost = self.surface.quadrics.move_cost(c, t);
-                self.surface.quadrics.merge(c, t, move_cost);
-                self.lost[t as usize] += self.lost[c as usize];
-                self.volumes.inherit(c, t);
-                self.stamps[c as usize] += 1;
-            }
-        }
-        self.known_costs[t as usize].clear();
-        self.known_costs[u as usize] = Vec::new();
-        self.stamps[u as usize] += 1;
-        self.grown[t as usize] += 1;
-    }
-
-    /// Makes the stand-ins that a collapse needs and merges the attributes. Returns each variant with its image.
-    fn settle_images(&mut self, t: u32, moved: &[Moved]) -> Vec<(u32, u32)> {
-        let Surface { split, normals, attributes, .. } = &mut self.surface;
-        let mut images = Vec::with_capacity(moved.len());
-        let mut made: Vec<(Image, u32)> = Vec::new();
-        for m in moved {
-            let image = match m.image {
-                Image::Variant(image) => image,
-                Image::StandIn { wedge, uv_of, normal_of } => match made.iter().find(|&&(image, _)| image == m.image) {
-                    Some(&(_, image)) => image,
-                    None => {
-                        let image = split.add_stand_in(t, wedge, uv_of, normal_of);
-                        normals.push(normals[normal_of as usize]);
-                        attributes.add_stand_in(t, uv_of, normal_of);
-                        self.references.push(0);
-                        made.push((m.image, image));
-                        image
-                    }
-                },
-            };
-            attributes.merge(m.variant, image);
-            images.push((m.variant, image));
-        }
-        images
-    }
-
-    /// Logs the variants that no triangle uses any more: those of the position that moved, and those on its old
-    /// neighbours whose last triangle died.
-    fn drop_unreferenced(&mut self, images: &[(u32, u32)], mut touched: Vec<u32>) {
-        let Surface { split, normals, topology, attributes, .. } = &self.surface;
-        let finder = ImageFinder { split, topology, attributes, normals, stand_ins: true };
-        // Images that only dying triangles used, or that were made for them alone.
-        touched.extend(images.iter().map(|&(_, image)| image));
-        touched.sort_unstable();
-        touched.dedup();
-        let start = self.steps.dropped.len();
-        for v in touched {
-            let moved = images.iter().any(|&(from, _)| from == v);
-            if self.references[v as usize] > 0 || moved {
-                continue;
-            }
-            let p = split.position_of(v);
-            let wedge = split.variant_wedge[v as usize];
-            let variant = |i: u32| topology.triangles[i as usize][topology.corner_at(i, p)];
-            let around = || topology.around(p).take(SEARCHED_TRIANGLES).map(variant);
-            let same_wedge = around().filter(|&w| split.variant_wedge[w as usize] == wedge);
-            let stand_in = finder.closest(v, same_wedge).or_else(|| finder.closest(v, around()));
-            self.steps.dropped.push((v, stand_in.unwrap_or(u32::MAX)));
-        }
-        for &(from, to) in images {
-            // The image may itself have been used by dying triangles only.
-            let to = self.steps.dropped[start..].iter().find(|d| d.0 == to).map_or(to, |d| d.1);
-            self.steps.dropped.push((from, to));
-        }
-        // Where a place has lost its last triangle, its variants go where the moved ones went, or, with the whole part, to any survivor.
-        let images_of_moved = images.iter().map(|&(from, _)| from).collect::<Vec<_>>();
-        let settled = self.steps.dropped[start..].iter().map(|d| d.1).find(|&to| to != u32::MAX);
-        let refuge = settled.unwrap_or_else(|| self.any_survivor());
-        for dropped in &mut self.steps.dropped[start..] {
-            if dropped.1 == u32::MAX || images_of_moved.contains(&dropped.1) {
-                dropped.1 = refuge;
-            }
-        }
-        self.steps.dropped[start..].sort_unstable();
-    }
-
-    /// A variant that some triangle uses: a vanished part's vertices have to be something.
-    fn any_survivor(&self) -> u32 {
-        let topology = &self.surface.topology;
-        let alive = topology.alive.iter().position(|&alive| alive).expect("the last part never vanishes");
-        topology.triangles[alive][0]
-    }
-
-    fn find_obstacles(&self) -> Vec<Option<Obstacle>> {
-        let mut scratch = Scratch::default();
-        let mut obstacle_at = |p: u32| {
-            let topology = &self.surface.topology;
-            if topology.valence(p) == 0 {
-                return None;
-            }
-            if !self.rules.may_move(topology, p) {
-                return Some(Obstacle::Fixed);
-            }
-            let Scratch { fan, spokes, on_edge, moved, .. } = &mut scratch;
-            fan.gather(topology, p);
-            self.measure(fan);
-            fan.spokes(spokes);
-            let found = spokes.iter().filter_map(|s| {
-                fan.find_on_edge(s.to, on_edge);
-                self.find_images(fan, s.to, moved);
-                match self.allow(fan, spokes, s, on_edge, moved) {
-                    Ok(_) => self.has_ended().then_some(Obstacle::Ended),
-                    Err(obstacle) => Some(obstacle),
-                }
-            });
-            Some(found.max().unwrap_or(Obstacle::Fixed))
-        };
-        (0..self.stamps.len() as u32).map(&mut obstacle_at).collect()
-    }
-}
-
-fn count_blocked(obstacles: &[Option<Obstacle>]) -> Blocked {
-    let count = |obstacle| obstacles.iter().filter(|&&found| found == Some(obstacle)).count() as u32;
-    Blocked {
-        fixed: count(Obstacle::Fixed),
-        seam: count(Obstacle::Seam),
-        topology: count(Obstacle::Topology),
-        flip: count(Obstacle::Flip),
-        ended: count(Obstacle::Ended),
-    }
-}
-
-fn image_of(images: &[(u32, u32)], variant: u32) -> u32 {
-    images.iter().find(|&&(from, _)| from == variant).expect("every variant of the position was mapped").1
 }
