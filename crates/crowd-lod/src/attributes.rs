@@ -3,7 +3,8 @@
 //! Over each triangle an attribute is a linear field of the place in bind pose. Where a corner moves, the field it had there says
 //! what the surface showed; the difference to what the new corner shows, squared and weighted by area, is the cost.
 
-use crate::quadrics::Incident;
+use crate::criteria::uv_area;
+use crate::lists::Lists;
 use crate::split_seams::SplitMesh;
 use crate::{AttributeWeights, LodMesh};
 use rayon::prelude::*;
@@ -167,7 +168,7 @@ impl Attributes {
         let spans: Vec<Span> =
             split.triangles.par_iter().map(|t| Span::new(t.map(|v| places[split.position_of(v) as usize]))).collect();
         let slides = slide_squared(mesh, split, &spans, f64::from(weights.uv), diagonal);
-        let incident = Incident::list(shown.len(), split.triangles.iter().copied());
+        let incident = Lists::incident(shown.len(), split.triangles.iter().copied());
         let gather = |v: usize| {
             let mut field = VariantFields::ZERO;
             for &t in incident.at(v) {
@@ -278,13 +279,13 @@ fn show(mesh: &LodMesh<'_>, v: u32, normal_of: u32, normal_weight: f64, color_we
 /// drift over the plain; else it costs a share of the way it slides.
 fn slide_squared(mesh: &LodMesh<'_>, split: &SplitMesh, spans: &[Span], uv_weight: f64, diagonal: f64) -> Vec<f64> {
     // Metres per unit over the whole mesh: single triangles of a palette texture are dots in it.
-    let (mut area, mut uv_area) = (0.0, 0.0);
+    let (mut area, mut area_in_texture) = (0.0, 0.0);
     for (triangle, span) in split.triangles.iter().zip(spans) {
-        let [a, b, c] = triangle.map(|v| mesh.uvs[split.variant_source[v as usize] as usize].map(f64::from));
-        uv_area += 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs();
+        let corners = triangle.map(|v| mesh.uvs[split.variant_source[v as usize] as usize].map(f64::from));
+        area_in_texture += 0.5 * uv_area(corners).abs();
         area += span.area;
     }
-    let metres_squared = if uv_area > 0.0 { area / uv_area } else { 0.0 };
+    let metres_squared = if area_in_texture > 0.0 { area / area_in_texture } else { 0.0 };
     let contrast = mesh.appearance.triangle_contrast;
     let slide = |t: &u32| match contrast.get(*t as usize) {
         None => metres_squared * SLIDE_SHARE * SLIDE_SHARE,

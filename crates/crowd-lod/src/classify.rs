@@ -1,6 +1,6 @@
 //! Finds seams and borders, and classes every wedge as fixed, companioned or regular (Peng 2011 §4.2).
 
-use crate::quadrics::Incident;
+use crate::lists::Lists;
 use crate::split_seams::SplitMesh;
 use crate::{SeamReport, VertexClass};
 use rayon::prelude::*;
@@ -41,7 +41,7 @@ pub(crate) fn classify_wedges(split: &SplitMesh) -> Classes {
     let mut edge_kinds = vec![[EdgeKind::Interior; 3]; split.triangles.len()];
     let mut non_manifold_edge_count = 0;
 
-    for group in list_edges(split).chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+    for group in list_edges(split).entries().chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         let (low, high, _) = group[0];
         let kind = match group {
             [_] => EdgeKind::Border,
@@ -94,30 +94,16 @@ pub(crate) fn classify_wedges(split: &SplitMesh) -> Classes {
     Classes { edge_kinds, non_manifold, wedge_class, report }
 }
 
-/// Every triangle side as (lower position, higher position, `triangle * 3 + corner`), sorted.
-fn list_edges(split: &SplitMesh) -> Vec<(u32, u32, u32)> {
+/// Every triangle side as (lower position, higher position, `triangle * 3 + corner`), by the former and sorted.
+fn list_edges(split: &SplitMesh) -> Lists<(u32, u32, u32)> {
     let sides = split.triangles.iter().enumerate().flat_map(|(t, triangle)| {
         let [a, b, c] = triangle.map(|v| split.position_of(v));
         let t = 3 * t as u32;
         [(a.min(b), a.max(b), t), (b.min(c), b.max(c), t + 1), (c.min(a), c.max(a), t + 2)]
     });
     // By lower position in one pass; what is left to sort is a handful each.
-    let mut next = vec![0_u32; split.position_source.len() + 1];
-    for (low, ..) in sides.clone() {
-        next[low as usize + 1] += 1;
-    }
-    for p in 1..next.len() {
-        next[p] += next[p - 1];
-    }
-    let mut edges = vec![(0, 0, 0); split.triangles.len() * 3];
-    for side in sides {
-        let at = &mut next[side.0 as usize];
-        edges[*at as usize] = side;
-        *at += 1;
-    }
-    for group in edges.chunk_by_mut(|a, b| a.0 == b.0) {
-        group.sort_unstable();
-    }
+    let mut edges = Lists::fill(split.position_source.len(), sides.map(|side| (side.0, side)));
+    edges.sort_each();
     edges
 }
 
@@ -133,7 +119,7 @@ fn edge_wedges(split: &SplitMesh, corner: u32) -> [u32; 2] {
 /// Marks positions where several fans of triangles meet in a point (bow-ties).
 fn mark_meeting_fans(split: &SplitMesh, non_manifold: &mut [bool]) {
     let corners = |t: u32| split.triangles[t as usize].map(|v| split.position_of(v));
-    let incident = Incident::list(non_manifold.len(), (0..split.triangles.len() as u32).map(corners));
+    let incident = Lists::incident(non_manifold.len(), (0..split.triangles.len() as u32).map(corners));
     let room = <(Vec<(u32, u32)>, Vec<u32>)>::default;
     non_manifold.par_iter_mut().enumerate().for_each_init(room, |(sides, parents), (p, non_manifold)| {
         // Triangles around this position, joined when they share a neighbour.
@@ -189,7 +175,7 @@ mod tests {
                 }
             }
             plain.sort_unstable();
-            assert_eq!(list_edges(&split), plain);
+            assert_eq!(list_edges(&split).entries(), plain);
         }
     }
 

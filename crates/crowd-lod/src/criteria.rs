@@ -392,8 +392,8 @@ pub(crate) fn uv_loses_side(side: Option<f64>, after: [[f64; 2]; 3]) -> bool {
     side.is_some_and(|area| area * uv_area(after) <= 0.0)
 }
 
-/// Twice the signed area.
-fn uv_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
+/// Twice the signed area of a triangle in the texture.
+pub(crate) fn uv_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 

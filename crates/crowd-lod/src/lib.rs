@@ -8,7 +8,7 @@
 //! One module a step: `split_seams` (with `separate_layers` and `duplicate_triangles`), `classify`, `frames` (with `align`),
 //! `quadrics`, `attributes`, `behind`, `criteria`, `layer_gaps`, `volumes`, `symmetry`, `collapse` (on a `topology`, with `fan` and `find_images`),
 //! `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `choose_levels`, `worst_frames`, `measure_surfaces`,
-//! `interpenetration`.
+//! `interpenetration`. `lists` is what several fill by counting.
 
 mod align;
 mod attributes;
@@ -31,6 +31,7 @@ mod layer_gaps;
 mod level_mesh;
 #[cfg(test)]
 mod lib_tests;
+mod lists;
 mod measure;
 mod measure_surfaces;
 #[cfg(test)]

@@ -7,6 +7,7 @@
 //! `dispatch!` compiles a kernel for wider vectors too and runs what the machine has; no multiply and add is ever fused, so every one gives the same bits.
 
 use crate::classify::EdgeKind;
+use crate::lists::Lists;
 use crate::split_seams::SplitMesh;
 use crate::{Criteria, LodMesh, LodPoses, Mat3x4};
 use fearless_simd::{Level as Vectors, dispatch};
@@ -71,7 +72,7 @@ impl Quadrics {
         }
         let vectors = Vectors::new();
         let posed = pose_in_lanes(vectors, mesh, poses, split, block_count);
-        let incident = Incident::list(position_count, split.triangles.iter().map(|t| t.map(|v| split.position_of(v))));
+        let incident = Lists::incident(position_count, split.triangles.iter().map(|t| t.map(|v| split.position_of(v))));
         let mut spreads = color_spreads(mesh, split);
         let contrast = mesh.appearance.triangle_contrast;
         let is_plain = |t: u32| contrast.get(split.triangle_source[t as usize] as usize) == Some(&0.0);
@@ -246,7 +247,7 @@ fn color_spreads(mesh: &LodMesh<'_>, split: &SplitMesh) -> Vec<f32> {
 }
 
 /// Lets differences count for more at positions around which no triangle shows a change of texture.
-fn stress_plain(spreads: &mut [f32], incident: &Incident, is_plain: impl Fn(u32) -> bool) {
+fn stress_plain(spreads: &mut [f32], incident: &Lists<u32>, is_plain: impl Fn(u32) -> bool) {
     for (p, spread) in spreads.iter_mut().enumerate() {
         if incident.at(p).iter().all(|&t| is_plain(t)) {
             *spread *= PLAIN_SEAM_FACTOR;
@@ -316,39 +317,6 @@ pub(crate) fn pose_position(position: [f32; 3], joints: [u16; 4], weights: [f32;
         }
     }
     out
-}
-
-/// For each corner's owner (a position, a variant), the triangles that have it, ascending.
-pub(crate) struct Incident {
-    offsets: Vec<usize>,
-    triangles: Vec<u32>,
-}
-
-impl Incident {
-    /// Lists the triangles of each of `count` owners.
-    pub fn list(count: usize, triangles: impl Iterator<Item = [u32; 3]> + Clone) -> Self {
-        let mut offsets = vec![0_usize; count + 1];
-        for owner in triangles.clone().flatten() {
-            offsets[owner as usize + 1] += 1;
-        }
-        for p in 1..offsets.len() {
-            offsets[p] += offsets[p - 1];
-        }
-        let mut next = offsets.clone();
-        let mut listed = vec![0; offsets[count]];
-        for (t, owners) in triangles.enumerate() {
-            for owner in owners {
-                listed[next[owner as usize]] = t as u32;
-                next[owner as usize] += 1;
-            }
-        }
-        Self { offsets, triangles: listed }
-    }
-
-    /// The triangles of an owner.
-    pub fn at(&self, owner: usize) -> &[u32] {
-        &self.triangles[self.offsets[owner]..self.offsets[owner + 1]]
-    }
 }
 
 pub(crate) fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {

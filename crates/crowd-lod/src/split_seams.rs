@@ -7,6 +7,7 @@
 
 use crate::LodMesh;
 use crate::duplicate_triangles::drop_duplicates;
+use crate::lists::Lists;
 use crate::separate_layers::separate_layers;
 use rayon::prelude::*;
 
@@ -201,7 +202,8 @@ fn number_positions(mesh: &LodMesh<'_>, leader: &[u32], split: &mut SplitMesh) -
 }
 
 fn split_wedges(mesh: &LodMesh<'_>, position_of_vertex: &[u32], split: &mut SplitMesh) {
-    let (instances, first_instance) = list_instances(mesh, &split.triangle_source);
+    let of_vertices = list_instances(mesh, &split.triangle_source);
+    let instances = of_vertices.entries();
     let key = |i: u32| {
         let (v, material) = instances[i as usize];
         let v = v as usize;
@@ -240,7 +242,7 @@ fn split_wedges(mesh: &LodMesh<'_>, position_of_vertex: &[u32], split: &mut Spli
         .map(|&i| {
             let material = mesh.triangle_materials[i as usize];
             mesh.triangles[i as usize].map(|v| {
-                let of_vertex = first_instance[v as usize] as usize..first_instance[v as usize + 1] as usize;
+                let of_vertex = of_vertices.range(v as usize);
                 let at = instances[of_vertex.clone()].binary_search_by_key(&material, |instance| instance.1).ok();
                 variant_of_instance[of_vertex.start + at.expect("every corner was put among the instances")]
             })
@@ -248,37 +250,12 @@ fn split_wedges(mesh: &LodMesh<'_>, position_of_vertex: &[u32], split: &mut Spli
         .collect();
 }
 
-/// Each input vertex with each material that it is seen with in some triangles, sorted, and where the ones of each vertex begin.
-fn list_instances(mesh: &LodMesh<'_>, triangles: &[u32]) -> (Vec<(u32, u16)>, Vec<u32>) {
-    let corners = || {
-        let seen = |&i: &u32| mesh.triangles[i as usize].map(|v| (v, mesh.triangle_materials[i as usize]));
-        triangles.iter().flat_map(seen)
-    };
-    let mut next = vec![0_u32; mesh.positions.len() + 1];
-    for (v, _) in corners() {
-        next[v as usize + 1] += 1;
-    }
-    for v in 1..next.len() {
-        next[v] += next[v - 1];
-    }
-    let mut instances = vec![(0, 0); triangles.len() * 3];
-    for instance in corners() {
-        let at = &mut next[instance.0 as usize];
-        instances[*at as usize] = instance;
-        *at += 1;
-    }
-    for of_vertex in instances.chunk_by_mut(|a, b| a.0 == b.0) {
-        of_vertex.sort_unstable();
-    }
-    instances.dedup();
-    let mut first = vec![0_u32; mesh.positions.len() + 1];
-    for &(v, _) in &instances {
-        first[v as usize + 1] += 1;
-    }
-    for v in 1..first.len() {
-        first[v] += first[v - 1];
-    }
-    (instances, first)
+/// Each input vertex with each material that it is seen with in some triangles, by vertex and sorted.
+fn list_instances(mesh: &LodMesh<'_>, triangles: &[u32]) -> Lists<(u32, u16)> {
+    let corners = |&i: &u32| mesh.triangles[i as usize].map(|v| (v, (v, mesh.triangle_materials[i as usize])));
+    let mut instances = Lists::fill(mesh.positions.len(), triangles.iter().flat_map(corners));
+    instances.sort_and_dedup_each();
+    instances
 }
 
 /// Cosine between two normals; 1 when both are zero, as two missing normals agree.
@@ -326,13 +303,11 @@ mod tests {
         let mut plain: Vec<(u32, u16)> = kept.iter().flat_map(corners).collect();
         plain.sort_unstable();
         plain.dedup();
-        let (instances, first) = list_instances(&mesh.mesh(), &kept);
-        assert_eq!(instances, plain);
+        let instances = list_instances(&mesh.mesh(), &kept);
+        assert_eq!(instances.entries(), plain);
         for v in 0..mesh.positions.len() {
-            let of_vertex = &instances[first[v] as usize..first[v + 1] as usize];
-            assert!(of_vertex.iter().all(|instance| instance.0 == v as u32));
+            assert!(instances.at(v).iter().all(|instance| instance.0 == v as u32));
         }
-        assert_eq!(first[mesh.positions.len()] as usize, plain.len());
     }
 
     #[test]

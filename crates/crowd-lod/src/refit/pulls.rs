@@ -5,6 +5,7 @@ use super::pairs::Pair;
 use super::shape::{Shape, transform};
 use crate::attributes::COLOR_SHARE;
 use crate::behind::diagonal;
+use crate::criteria::uv_area;
 use crate::quadrics::{cross, dot, sub};
 use crate::{LodMesh, Mat3x4};
 use rayon::prelude::*;
@@ -64,10 +65,7 @@ pub(crate) fn slide_shares(mesh: &LodMesh<'_>, triangles: &[[u32; 3]], sources: 
         let n = cross(sub(b, a), sub(c, a));
         f64::from(dot(n, n)).sqrt()
     };
-    let double_uv_area = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| mesh.uvs[v as usize].map(f64::from));
-        ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs()
-    };
+    let double_uv_area = |t: &[u32; 3]| uv_area(t.map(|v| mesh.uvs[v as usize].map(f64::from))).abs();
     let share = |(triangle, &source): (&[u32; 3], &u32)| {
         let contrast = mesh.appearance.triangle_contrast.get(source as usize).map_or(0.0, |&c| f64::from(c));
         let metres_per_unit = contrast * color_metres;

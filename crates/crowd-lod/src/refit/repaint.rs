@@ -6,6 +6,7 @@
 
 use super::full_detail::FullDetail;
 use super::pairs::{Pair, mix};
+use crate::criteria::uv_area;
 use crate::quadrics::{dot, sub};
 use crate::split_seams::{skinning_key, zero_signless_bits};
 use crate::{CollapseOrder, LevelMesh};
@@ -23,7 +24,7 @@ const DAMPING: f32 = 0.02;
 /// Plain colours that a triangle is tried with at most, those that most of its pairs lie on.
 const MOST_COATS: usize = 32;
 /// Twice the area that a triangle of a chart has in the texture at least; below, a chart is dots or threads of a palette.
-const LEAST_CHART_AREA: f32 = 1.0e-9;
+const LEAST_CHART_AREA: f64 = 1.0e-9;
 
 /// What a triangle may show: the material and tint of a vertex of the order, and a texture coordinate for each corner.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -184,8 +185,7 @@ fn choose(
 fn uvs_on(full: &FullDetail<'_>, chart: u32, seen: &[&Pair]) -> Option<[[f32; 2]; 3]> {
     let there = || seen.iter().filter(|p| full.charts.of_triangle[p.full_triangle as usize] == chart);
     let share: f32 = there().map(|p| p.share).sum();
-    let all: f32 = seen.iter().map(|p| p.share).sum();
-    if share < LEAST_SHARE * all || there().count() < LEAST_PAIRS {
+    if there().count() < LEAST_PAIRS {
         return None;
     }
     let (mut low, mut high, mut mean) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2], [0.0_f32; 2]);
@@ -223,16 +223,12 @@ fn uvs_on(full: &FullDetail<'_>, chart: u32, seen: &[&Pair]) -> Option<[[f32; 2]
     // Not far beyond what was seen: other charts may lie beside it in the texture.
     let uvs = solved.map(|uv| [0, 1].map(|k| uv[k].clamp(low[k], high[k])));
     let chart_area = |pair: &Pair| {
-        let corners = full.triangles[pair.full_triangle as usize].map(|v| full.mesh.uvs[v as usize]);
-        doubled_area(corners) * pair.share / share
+        let corners = full.triangles[pair.full_triangle as usize].map(|v| full.mesh.uvs[v as usize].map(f64::from));
+        uv_area(corners) * f64::from(pair.share / share)
     };
-    let way = there().map(|pair| chart_area(pair)).sum::<f32>();
-    (way.abs() <= LEAST_CHART_AREA || doubled_area(uvs) * way.signum() > 0.0).then_some(uvs)
-}
-
-/// Twice the signed area of a triangle in the texture.
-fn doubled_area([a, b, c]: [[f32; 2]; 3]) -> f32 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    let way: f64 = there().map(|pair| chart_area(pair)).sum();
+    let turned = uv_area(uvs.map(|uv| uv.map(f64::from))) * way <= 0.0;
+    (way.abs() <= LEAST_CHART_AREA || !turned).then_some(uvs)
 }
 
 /// What tells a vertex of a level from another: place, skinning, normal, texture coordinate, material and tint.
