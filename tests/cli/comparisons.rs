@@ -74,3 +74,49 @@ fn what_cannot_be_compared_is_said() {
     let talk = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success() && talk.contains("gltfpack is left out"), "{talk}");
 }
+
+/// Sizes of a manifest are those of a bake: distances are of the size asked for, shares of it stay what they are.
+#[test]
+fn characters_are_compared_in_the_size_that_a_manifest_asks_for() {
+    let bench = Bench::new();
+    bench.copy(TUBE, "tube.glb");
+    let numbers = |words: &[&str]| {
+        let json = bench.run(words).expect(0).json();
+        let scores = json["characters"][0]["scores"].as_array().expect("a list of scores").clone();
+        let rms = |score: &Value| score["verdict"]["animated_rms_percent"].as_f64().expect("a number");
+        (json["characters"][0]["diagonal_m"].as_f64().unwrap(), scores.iter().map(rms).collect::<Vec<_>>())
+    };
+    let (diagonal_m, shares) = numbers(&compare(&["--json"]));
+    bench.write("crowd.toml", b"[[characters]]\nsource = 'tube.glb'\nscale = 0.01\n");
+    let words = [&["compare", "@crowd.toml", "--json"], &PAIR[..], &["meshopt-global"]].concat();
+    let (small_m, of_small) = numbers(&words);
+    assert!((small_m - 0.01 * diagonal_m).abs() < 1e-5 * diagonal_m, "{small_m} of {diagonal_m}");
+    for (a, b) in of_small.iter().zip(&shares) {
+        assert!((a - b).abs() < 0.05 * b, "{of_small:?} and {shares:?}");
+    }
+    bench.write("crowd.toml", b"[[characters]]\nsource = 'tube.glb'\nheight = 1e30\n");
+    bench.run(&words).expect(1).says(&["crowd.toml", "height"]);
+    bench.run(&compare(&["--scale", "2"])).expect(2).says(&["--scale"]);
+}
+
+/// Another program works on the file as it is; what it wrote is judged in the size asked for. This one leaves everything where it was.
+#[test]
+#[cfg(unix)]
+fn levels_of_another_program_take_on_the_size_too() {
+    use std::os::unix::fs::PermissionsExt;
+    let bench = Bench::new();
+    bench.copy(TUBE, "tube.glb");
+    bench.write("crowd.toml", b"[[characters]]\nsource = 'tube.glb'\nscale = 0.01\n");
+    std::fs::create_dir(bench.path("bin")).unwrap();
+    bench.write("bin/gltfpack", b"#!/bin/sh\n[ \"$1\" = -v ] || exec /bin/cp \"$2\" \"$4\"\n");
+    let program = bench.path("bin/gltfpack");
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let words = ["compare", "@crowd.toml", "--json", "--quick", "--ratios", "50", "--ours", "wedge", "--peers"];
+    let words = [&words[..], &["gltfpack-se1"]].concat();
+    let output = bench.program(&words).env("PATH", bench.path("bin")).output().unwrap();
+    let json: Value = serde_json::from_slice(&output.stdout).expect("standard output is JSON and nothing else");
+    let theirs = &json["characters"][0]["scores"][1];
+    assert_eq!(theirs["contender"], "gltfpack-se1");
+    let off = theirs["verdict"]["animated_rms_percent"].as_f64().expect("a number");
+    assert!(off < 0.01, "{off}");
+}

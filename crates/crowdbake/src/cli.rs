@@ -192,11 +192,11 @@ pub struct BakeOptions {
     #[arg(long, value_parser = parse_attribute_weight, value_name = "NAME=W")]
     pub attribute_weight: Vec<(String, f32)>,
     /// Bake it F times as large as the file has it: 0.01 for a file in centimetres, whose characters come out as high as houses [default: 1].
-    #[arg(long, value_parser = parse_size_number, value_name = "F", conflicts_with = "height")]
+    #[arg(long, value_parser = parse_size_number, value_name = "F", conflicts_with = "height", allow_negative_numbers = true)]
     pub scale: Option<f32>,
     /// Bake it so many metres high, in the pose at rest; from 20 m on `crowdplay` takes a character for centimetres, unless told `--height source`
     /// [default: as the file has it].
-    #[arg(long, value_parser = parse_size_number, value_name = "M")]
+    #[arg(long, value_parser = parse_size_number, value_name = "M", allow_negative_numbers = true)]
     pub height: Option<f32>,
     /// Where the continuous detail ends: once a level has at most so many triangles (40), this share of them (0.5%), or where nothing
     /// may collapse any more (last) [default: 0.5%, not below 16 triangles or 2%; last under peng2011].
@@ -516,7 +516,7 @@ pub struct SurveyArgs {
 /// `compare`.
 #[derive(Debug, Args)]
 pub struct CompareArgs {
-    /// Assets, folders, patterns or manifests.
+    /// Assets, folders, patterns or manifests; of what these say, names, sizes and frames a second count: all are to simplify alike.
     #[arg(required = true, value_name = "ASSET")]
     pub inputs: Vec<PathBuf>,
     /// Percents of the triangles.

@@ -320,9 +320,7 @@ fn picture(args: &PictureArgs, talk: &Talk<'_>) -> Result<u8, BakeError> {
 
 fn compare(args: &CompareArgs, out: &mut dyn Write, talk: &Talk<'_>) -> Result<u8, BakeError> {
     let started = Instant::now();
-    let mut plan = make_plan(&args.inputs, &BakeOptions::default(), None);
-    // Others simplify the file as it is, so ours do.
-    plan.entries.iter_mut().for_each(|entry| entry.size = None);
+    let plan = make_plan(&args.inputs, &BakeOptions::default(), None);
     let mut code = say_plan(&plan, talk);
     if let Some(output) = &args.output {
         refuse_inputs(output, &plan.inputs)?;

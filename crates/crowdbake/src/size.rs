@@ -25,10 +25,11 @@ pub enum SizeAsked {
 }
 
 /// Makes everything about a character so much larger or smaller: bind pose, tree and clips. Every pose stays what it is but for its size.
+/// Gives back how many times.
 ///
 /// # Errors
 /// A height is asked for and there is none at rest, or coordinates end beyond what is allowed.
-pub(crate) fn resize(raw: &mut RawCharacter, asked: SizeAsked) -> Result<(), Cause> {
+pub(crate) fn resize(raw: &mut RawCharacter, asked: SizeAsked) -> Result<f32, Cause> {
     let factor = match asked {
         SizeAsked::Factor(factor) => factor,
         SizeAsked::HeightM(height_m) => {
@@ -57,7 +58,7 @@ pub(crate) fn resize(raw: &mut RawCharacter, asked: SizeAsked) -> Result<(), Cau
         farthest = farthest.max(if length.is_nan() { f32::INFINITY } else { length.abs() });
     }
     if factor.is_finite() && farthest <= FARTHEST_M {
-        return Ok(());
+        return Ok(factor);
     }
     Err(Cause::Resize { factor })
 }

@@ -4,6 +4,7 @@ use super::MadeLevel;
 use super::contenders::Contender;
 use super::subject::{Subject, own_poses};
 use crate::error::Cause;
+use crate::size::resize;
 use crate::views;
 use crowd_judge::{Level, SkinnedMesh};
 use crowd_source::{Limits, RawCharacter};
@@ -49,9 +50,11 @@ pub(super) fn make_level(subject: &Subject, contender: Contender, target: u32) -
             Some((kept, _)) if *kept <= target as usize => fits && count > *kept,
             Some((kept, _)) => count < *kept,
         };
-        if let Ok(raw) = raw
+        if let Ok(mut raw) = raw
             && better
         {
+            // It works on the file as it is.
+            subject.size.map(|asked| resize(&mut raw, asked)).transpose()?;
             kept = Some((count, MadeLevel { level: read_back(subject, &raw)?, seconds }));
         }
         if fits && count as f64 >= NEAR_ENOUGH * f64::from(target) {

@@ -4,6 +4,7 @@ use crate::bake::sample_clips;
 use crate::error::{BakeError, Step};
 use crate::plan::PlanEntry;
 use crate::pose::Mat3x4;
+use crate::size::{SizeAsked, resize};
 use crate::views::{self, QuantizedMesh};
 use crowd_anim::SampledClip;
 use crowd_judge::{Judge, JudgeOptions, JudgedPoses, Paint, SkinnedMesh};
@@ -20,6 +21,8 @@ const TEXTURE_SIDE_PX: u32 = 4096;
 /// A character in a comparison.
 pub(super) struct Subject {
     pub(super) path: PathBuf,
+    /// How many times as large as in its file, where that was asked for.
+    pub(super) size: Option<SizeAsked>,
     pub(super) raw: RawCharacter,
     /// As our bake stores it.
     pub(super) mesh: QuantizedMesh,
@@ -43,8 +46,10 @@ impl Subject {
     /// Reads and samples a character, and prepares its judge.
     pub(super) fn load(entry: &PlanEntry, options: JudgeOptions) -> Result<Self, BakeError> {
         let name = entry.name.as_str();
-        let raw = crowd_source::load_character(&entry.path, &Limits::default())
+        let mut raw = crowd_source::load_character(&entry.path, &Limits::default())
             .map_err(|error| BakeError::of(Step::Load, name, error))?;
+        let factor = entry.size.map(|asked| resize(&mut raw, asked)).transpose();
+        let factor = factor.map_err(|cause| BakeError::of(Step::Load, name, cause))?;
         let (clips, rest_palette) =
             sample_clips(&raw, entry.fps).map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
         let (moments, moving) =
@@ -56,7 +61,8 @@ impl Subject {
         let judge =
             Judge::new(original, paint, &poses, options).map_err(|error| BakeError::of(Step::Judge, name, error))?;
         let mesh = views::quantize(&raw.mesh);
-        Ok(Self { path: entry.path.clone(), raw, mesh, clips, rest_palette, triangle_materials, judge, moments })
+        let (path, size) = (entry.path.clone(), factor.map(SizeAsked::Factor));
+        Ok(Self { path, size, raw, mesh, clips, rest_palette, triangle_materials, judge, moments })
     }
 }
 
