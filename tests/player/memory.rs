@@ -44,6 +44,29 @@ fn memory_sets_the_budget_and_what_cannot_fit_is_refused_with_the_numbers() {
     assert_eq!(number(&report(&with(&["12", "--budget", "90000"]))["budget"]), 90_000);
 }
 
+/// Pictures of a second camera are as large as the frame's, and no budget may have their room.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn what_the_reference_camera_needs_is_counted() {
+    let scene = Scene::new();
+    let words = ["--count", "3000", "--skinning", "compute", "--size", "640x360", "--msaa", "1", "--vram", "15"];
+    let pack = scene.pack();
+    let fitted = |more: &[&str]| {
+        let words = [&[pack.as_str(), "--headless", "--report", "-"], &words[..], more].concat();
+        let report = report(&crowdplay(&words));
+        let number = |value: &Value| value.as_u64().unwrap_or_else(|| panic!("{value} is no number"));
+        let taken = number(&report["gpu_bytes"]);
+        assert!(taken <= 15 << 20 && taken + 100 > 15 << 20, "{taken}");
+        (number(&report["budget"]), number(&report["gpu_memory"]["picture"]))
+    };
+    let out = scene.path("seen.png");
+    let (alone, seen) = (fitted(&["--out", &out]), fitted(&["--out", &out, "--reference-camera"]));
+    // Each with the buffer that its rows of 2,560 bytes are read back through.
+    assert_eq!([alone.1, seen.1], [2 * 2560 * 360, 2 * 2 * 2560 * 360]);
+    // A vertex takes 24 bytes skinned beforehand, and others besides.
+    assert!(alone.0 > seen.0 && (alone.0 - seen.0) * 24 <= seen.1 - alone.1, "{alone:?} {seen:?}");
+}
+
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn a_budget_of_triangles_is_kept_and_used() {

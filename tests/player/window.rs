@@ -184,6 +184,38 @@ fn every_technique_and_switch_is_shown() {
     assert_eq!(read(&scene, "cpu.png").dimensions(), (640, 400));
 }
 
+/// The window's report counts what the headless one does: pictures of the window's size, and who simulates.
+#[cfg_attr(any(crowd_no_gpu, crowd_no_display), ignore = "needs an adapter and Xvfb")]
+#[test]
+fn all_of_the_memory_is_counted_and_stays_within_what_may_be_taken() {
+    let (display, scene) = (Display::new(), Scene::new());
+    let size = ["--size", "640x400", "--msaa", "1", "--frames", "3", "--report", "seen.json"];
+    let canvas_bytes = 2 * 2560 * 400;
+    let flock = ["--flock", "60", "--simulate", "gpu"];
+    let rows: &[(&[&str], u64)] = &[
+        (&["--count", "3000"], 0),
+        (&["--count", "3000", "--screenshot", "seen.png"], canvas_bytes),
+        (&["--count", "3000", "--reference-camera"], canvas_bytes),
+        (&flock, 0),
+    ];
+    for (row, pictures) in rows {
+        display.show(&scene, &[&size[..], &["--skinning", "compute", "--vram", "15"], row].concat());
+        let report = std::fs::read(scene.file("seen.json")).expect("the report is there");
+        let report: serde_json::Value = serde_json::from_slice(&report).expect("it is JSON");
+        let parts = report["gpu_memory"].as_object().expect("parts by name");
+        let bytes = |name: &str| parts.get(name).and_then(serde_json::Value::as_u64);
+        assert_eq!(bytes("picture"), Some(*pictures), "{row:?}: {parts:?}");
+        assert_eq!(bytes("simulator").is_some_and(|bytes| bytes > 0), *row == flock, "{row:?}: {parts:?}");
+        let taken = report["gpu_bytes"].as_u64().expect("a count");
+        assert_eq!(parts.values().filter_map(serde_json::Value::as_u64).sum::<u64>(), taken, "{row:?}");
+        assert!(taken <= 15 << 20, "{row:?}: {taken}");
+        // A picture's room was kept free, whether or not it was needed.
+        if *row != flock {
+            assert!(taken + canvas_bytes - pictures + 100 > 15 << 20, "{row:?}: {taken}");
+        }
+    }
+}
+
 #[cfg_attr(any(crowd_no_gpu, crowd_no_display), ignore = "needs an adapter and Xvfb")]
 #[test]
 fn a_display_that_goes_away_ends_the_program() {

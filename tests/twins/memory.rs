@@ -3,7 +3,7 @@
 use crate::cases::data;
 use crate::whole_chain::{OPTIONS, close_up, draw, renderer};
 use crowd_stages::gpu::{CrowdRenderer, MemoryUse, RendererOptions, open_device};
-use crowd_stages::{DrawOptions, FrameConfig, Skinning, Technique};
+use crowd_stages::{DrawOptions, FrameConfig, Skinning, Technique, View};
 use crowd_tests::gpu::{self, Picture};
 
 /// Frames of which each asks for other things.
@@ -14,9 +14,10 @@ fn asking() -> Vec<Vec<DrawOptions>> {
     let shared = DrawOptions { holds_poses: true, share_poses: true, ..compute };
     let occluded = DrawOptions { occlusion: true, ..bucketed };
     let shaded = DrawOptions { shadows: 2, ..bucketed };
+    let viewed = DrawOptions { view: View::Levels, ..bucketed };
     let mut all: Vec<Vec<DrawOptions>> =
         Technique::ALL.into_iter().filter(|t| *t != Technique::StaticFloor).map(|t| vec![vertex(t)]).collect();
-    all.extend([vec![compute], vec![shared], vec![occluded], vec![shaded]]);
+    all.extend([vec![compute], vec![shared], vec![occluded], vec![shaded], vec![viewed]]);
     all.push(vec![DrawOptions { shadows: 2, ..compute }]);
     all.push(vec![vertex(Technique::Reform), compute, occluded, shaded]);
     all

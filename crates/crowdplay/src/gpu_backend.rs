@@ -2,7 +2,7 @@
 
 use crate::crowd::Crowd;
 use crate::gpu_device::Gpu;
-use crate::memory::{CrowdNeeds, Parts, Room};
+use crate::memory::{Beside, CrowdNeeds, Parts, Room};
 use crate::picture::Picture;
 use crate::plan::DetailPlan;
 use crate::scenery::Scenery;
@@ -150,9 +150,10 @@ impl GpuBackend {
         Ok(self.renderer.water_bits(&self.gpu.device, &self.gpu.queue)?)
     }
 
-    /// The one that is drawn into and the one that the reference camera's picture is drawn into: never more, mostly less.
-    fn canvas_count(&self) -> u64 {
-        1 + u64::from(self.has_reference)
+    /// The picture that is drawn into and the one that the reference camera's is drawn into: never more, mostly less.
+    fn beside(&self) -> Beside {
+        let simulator_bytes = self.simulation.as_ref().map(Simulation::gpu_bytes);
+        Beside { canvases: 1 + u64::from(self.has_reference), simulator_bytes }
     }
 
     /// Makes room for the largest budget that fits so many bytes beside everything else that `draws` need, or for `budget`; with
@@ -169,19 +170,18 @@ impl GpuBackend {
         budget: Option<u32>,
     ) -> Result<u32> {
         self.has_reference = has_reference;
-        let canvases = self.canvas_count();
-        let Self { gpu, renderer, canvas, samples, simulation, .. } = self;
-        let beside = simulation.as_ref().map(|simulation| ("simulator", simulation.gpu_bytes())).into_iter().collect();
-        let room = Room::new(limit_bytes, crowd, detail, draws, (beside, canvases), (canvas.format, *samples));
+        let beside = self.beside();
+        let Self { gpu, renderer, canvas, samples, .. } = self;
+        if has_reference {
+            renderer.prepare_marks(&gpu.device, &gpu.queue)?;
+        }
+        let room = Room::new(limit_bytes, crowd, detail, draws, beside, (canvas.format, *samples));
         room.fit(gpu, renderer, canvas.size, budget)
     }
 
     /// Bytes of GPU memory by what they are for.
     pub fn memory(&self) -> Parts {
-        let mut parts: Parts = self.renderer.memory().parts().to_vec();
-        parts.push(("picture", self.canvas_count() * self.canvas.bytes()));
-        parts.extend(self.simulation.as_ref().map(|simulation| ("simulator", simulation.gpu_bytes())));
-        parts
+        self.beside().with(&self.renderer.memory(), self.canvas.size)
     }
 
     /// All of it.
@@ -335,11 +335,6 @@ impl Canvas {
     /// What is drawn into.
     pub fn texture(&self) -> &wgpu::Texture {
         &self.texture
-    }
-
-    /// As [`canvas_bytes`] says.
-    pub fn bytes(&self) -> u64 {
-        canvas_bytes(self.size)
     }
 
     /// Copies the pixels out; waits.

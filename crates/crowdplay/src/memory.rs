@@ -88,15 +88,31 @@ impl CrowdNeeds {
     }
 }
 
+/// What is in GPU memory besides the renderer's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Beside {
+    /// Pictures of the frame's size that are there at a time (what is drawn into, screenshots, what the reference camera sees), each with
+    /// what it is read back through.
+    pub canvases: u64,
+    /// Of a simulator, where there is one.
+    pub simulator_bytes: Option<u64>,
+}
+
+impl Beside {
+    /// All parts by name, for frames of that size.
+    pub fn with(self, used: &MemoryUse, size: [u32; 2]) -> Parts {
+        let picture = ("picture", self.canvases * canvas_bytes(size));
+        let simulator = self.simulator_bytes.map(|bytes| ("simulator", bytes));
+        used.parts().into_iter().chain([picture]).chain(simulator).collect()
+    }
+}
+
 /// Memory that a renderer may take, and for what.
 #[derive(Debug, Clone)]
 pub struct Room {
     /// Bytes.
     limit_bytes: u64,
-    /// What is there besides the renderer's.
-    beside: Parts,
-    /// Pictures of the frame's size that are there at a time, each with what it is read back through.
-    canvases: u64,
+    beside: Beside,
     /// What is drawn, in turn or one after another.
     draws: Vec<DrawOptions>,
     needs: CrowdNeeds,
@@ -106,18 +122,17 @@ pub struct Room {
 }
 
 impl Room {
-    /// `detail`: whose budget is counted, and with which techniques; `draws`: those that are drawn; `canvases`: pictures that are there at a
-    /// time (what is drawn into, screenshots, what the reference camera sees).
+    /// `detail`: whose budget is counted, and with which techniques; `draws`: those that are drawn.
     pub fn new(
         limit_bytes: u64,
         crowd: &Crowd,
         detail: &DetailPlan,
         draws: Vec<DrawOptions>,
-        (beside, canvases): (Parts, u64),
+        beside: Beside,
         (color_format, samples): (wgpu::TextureFormat, u32),
     ) -> Self {
         let needs = CrowdNeeds::of(&crowd.data, &crowd.instances, detail.budget_in);
-        Self { limit_bytes, beside, canvases, draws, needs, color_format, samples }
+        Self { limit_bytes, beside, draws, needs, color_format, samples }
     }
 
     fn options(&self, gpu: &Gpu, budget: u32) -> RendererOptions {
@@ -128,15 +143,13 @@ impl Room {
         renderer.memory_of(self.options(gpu, budget), &self.draws, (size[0], size[1]))
     }
 
-    fn parts(&self, used: &MemoryUse, size: [u32; 2]) -> Parts {
-        let pictures = ("picture", self.canvases * canvas_bytes(size));
-        used.parts().into_iter().chain([pictures]).chain(self.beside.iter().copied()).collect()
+    fn parts(&self, gpu: &Gpu, renderer: &CrowdRenderer, size: [u32; 2], budget: u32) -> Parts {
+        self.beside.with(&self.foretell(gpu, renderer, size, budget), size)
     }
 
     /// Whether frames of that budget fit.
     fn holds(&self, gpu: &Gpu, renderer: &CrowdRenderer, size: [u32; 2], budget: u32) -> bool {
-        let used = self.foretell(gpu, renderer, size, budget);
-        self.parts(&used, size).iter().map(|(_, bytes)| bytes).sum::<u64>() <= self.limit_bytes
+        self.parts(gpu, renderer, size, budget).iter().map(|(_, bytes)| bytes).sum::<u64>() <= self.limit_bytes
     }
 
     /// Makes room for the largest budget that fits, or for `budget`, if given; that budget.
@@ -146,7 +159,7 @@ impl Room {
     pub fn fit(&self, gpu: &Gpu, renderer: &mut CrowdRenderer, size: [u32; 2], budget: Option<u32>) -> Result<u32> {
         let least = budget.unwrap_or_else(|| self.needs.least());
         if !self.holds(gpu, renderer, size, least) {
-            let parts = self.parts(&self.foretell(gpu, renderer, size, least), size);
+            let parts = self.parts(gpu, renderer, size, least);
             let (limit_bytes, budget_in) = (self.limit_bytes, self.needs.budget_in.name());
             return Err(Error::Memory { limit_bytes, budget: least, budget_in, table: table(&parts) });
         }

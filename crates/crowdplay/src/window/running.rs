@@ -11,7 +11,7 @@ use crate::governor::Governor;
 use crate::gpu_backend::{bake_frame, draw_reference, renderer_options};
 use crate::gpu_device::{self, Gpu};
 use crate::headless::report;
-use crate::memory::Room;
+use crate::memory::{Beside, Parts, Room};
 use crate::overlay::{Knobs, Readings};
 use crate::plan::{DetailPlan, MachinePlan, Plan, WindowPlan};
 use crate::schedules::Schedules;
@@ -44,6 +44,8 @@ pub(super) struct Running {
     pub(super) simulation: Option<Simulation>,
     /// Memory that may be taken.
     pub(super) room: Option<Room>,
+    /// A picture of the frame's size was made: a screenshot, or what the reference camera sees.
+    pub(super) has_canvas: bool,
     /// How the frame before was drawn.
     pub(super) drawn: DrawOptions,
     /// Size of that frame.
@@ -133,9 +135,10 @@ impl Running {
             renderer.set_scenery(&gpu.device, &gpu.queue, &crowd.scenery.vertices, &crowd.scenery.triangles)?;
             simulation = Simulation::of(&gpu, &mut renderer, crowd)?;
             if let Some(limit_bytes) = plan.machine.vram_bytes {
-                let beside = simulation.as_ref().map(|simulation| ("simulator", simulation.gpu_bytes()));
-                // A screenshot, or what the reference camera sees: one at a time.
-                let beside = (beside.into_iter().collect(), 1);
+                // A screenshot, or what the reference camera sees: one at a time. Keys ask for both.
+                renderer.prepare_marks(&gpu.device, &gpu.queue)?;
+                let simulator_bytes = simulation.as_ref().map(Simulation::gpu_bytes);
+                let beside = Beside { canvases: 1, simulator_bytes };
                 let kept = Room::new(limit_bytes, crowd, &detail, vec![detail.draw], beside, (format, samples));
                 if let Some(asked) = detail.budget.filter(|_| detail.target_ms.is_none()) {
                     kept.fit(&gpu, &mut renderer, screen.size(), Some(asked))?;
@@ -160,7 +163,6 @@ impl Running {
             time_s: shown.start_s,
             instances: crowd.summary.instances,
             triangles_full: crowd.summary.triangles_full,
-            gpu_bytes: if let Painter::Gpu(renderer) = &painter { renderer.gpu_bytes() } else { 0 },
             vram_bytes: plan.machine.vram_bytes.filter(|_| !on_cpu),
             ..Readings::default()
         };
@@ -186,7 +188,7 @@ impl Running {
             shot: None,
         };
         let drawn_size = screen.size();
-        Ok(Self {
+        let mut running = Self {
             screen,
             gpu,
             painter,
@@ -195,6 +197,7 @@ impl Running {
             drawn_size,
             counted_in: knobs.counts(),
             room,
+            has_canvas: false,
             corner: None,
             samples,
             pose_rates: plan.detail.pose_rates,
@@ -214,7 +217,20 @@ impl Running {
             recording: None,
             records: plan.record_camera.is_some(),
             shown_s: 0.0,
-        })
+        };
+        running.count_memory();
+        Ok(running)
+    }
+
+    /// Bytes of GPU memory by what they are for; none on the CPU.
+    fn memory(&self) -> Parts {
+        let Painter::Gpu(renderer) = &self.painter else { return Parts::new() };
+        let simulator_bytes = self.simulation.as_ref().map(Simulation::gpu_bytes);
+        Beside { canvases: self.has_canvas.into(), simulator_bytes }.with(&renderer.memory(), self.screen.size())
+    }
+
+    fn count_memory(&mut self) {
+        self.readings.gpu_bytes = self.memory().iter().map(|(_, bytes)| bytes).sum();
     }
 
     /// Draws a frame: time, camera, crowd, budget, picture.
@@ -326,8 +342,8 @@ impl Running {
             readings.totals = renderer.totals(&gpu.device, false).unwrap_or(readings.totals);
             readings.stages_ms = renderer.timings_ms();
             readings.vertex_runs = renderer.vertex_runs();
-            readings.gpu_bytes = renderer.gpu_bytes();
             readings.skinning = Some(renderer.skinning(knobs.draw.skinning));
+            self.count_memory();
         }
         Ok(())
     }
@@ -340,7 +356,7 @@ impl Running {
         config: &FrameConfig,
         detail: &DetailPlan,
     ) -> Result<()> {
-        let Self { screen, gpu, painter, knobs, corner, .. } = self;
+        let Self { screen, gpu, painter, knobs, corner, has_canvas, .. } = self;
         let Painter::Gpu(renderer) = painter else { return Ok(()) };
         if !knobs.reference || !knobs.can_show_reference() {
             *corner = None;
@@ -348,6 +364,7 @@ impl Running {
         }
         let size = screen.size();
         let other = view::reference_camera(crowd, camera, size[0] as f32 / size[1].max(1) as f32);
+        *has_canvas = true;
         let other = frame_config(&other, size, config.time_s, detail, config.budget);
         match draw_reference(gpu, renderer, size, screen.scene_format(), [config, &other], knobs.draw) {
             Ok(picture) => show_image(&screen.egui, corner, &picture.reduced()),
@@ -373,9 +390,7 @@ impl Running {
         report.simulator = has_flock.then_some(if self.simulation.is_some() { "gpu" } else { "cpu" });
         report.size = self.screen.size();
         report.samples = self.samples;
-        if let Painter::Gpu(renderer) = &self.painter {
-            report.set_memory(&renderer.memory().parts());
-        }
+        report.set_memory(&self.memory());
         report.frames = self.frames.unwrap_or_default();
         report.timings = Timings::of(&report.frames);
         report

@@ -45,6 +45,7 @@ impl Running {
 
     /// All that the window shows.
     fn take_window(&mut self, crowd: &Crowd, config: &FrameConfig) -> Result<Picture> {
+        self.has_canvas = true;
         let Self { screen, gpu, painter, simulation, corner, knobs, readings, control, .. } = self;
         let output = lay_out(screen, painter, corner.as_ref(), knobs, readings, control);
         if let Painter::Gpu(renderer) = painter {
@@ -69,6 +70,7 @@ impl Running {
             }
             Painter::Gpu(renderer) => {
                 bake_frame(gpu, renderer, simulation.as_ref(), crowd, config, knobs.draw)?;
+                self.has_canvas = true;
                 let canvas = Canvas::new(&gpu.device, screen.size(), screen.scene_format())?;
                 let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 let size = (canvas.size[0], canvas.size[1]);

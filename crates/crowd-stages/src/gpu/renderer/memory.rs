@@ -5,7 +5,7 @@ use super::{CrowdRenderer, RendererOptions};
 use crate::dispatch::{DOT_VERTICES, IMPOSTOR_TRIANGLES};
 use crate::dots::{DOT_COUNTS, dots_are_coarser};
 use crate::impostors::{fade_level, stands_in};
-use crate::{DrawOptions, Skinning, Technique, shadow_side};
+use crate::{DrawOptions, MarkConfig, Skinning, Technique, View, shadow_side};
 use crowd_pack::CharacterRecord;
 use std::mem::size_of;
 
@@ -23,7 +23,7 @@ impl CrowdRenderer {
 
     /// What it will have asked for once frames of all of `draws` are drawn, `size` pixels large, with room for as much as `options`
     /// says: what is there already (the crowd, its instances), and what is set up when it is first asked for. [`Skinning::Auto`]
-    /// counts with all it tries; of a floor, the most it can come to.
+    /// counts with all it tries; of a floor, the most it can come to. Of what a reference camera needs [`Self::prepare_marks`] says.
     pub fn memory_of(&self, options: RendererOptions, draws: &[DrawOptions], size: (u32, u32)) -> MemoryUse {
         let sizes = self.sizes(options);
         let size = (size.0.max(1), size.1.max(1));
@@ -32,6 +32,8 @@ impl CrowdRenderer {
         let techniques = Technique::ALL.into_iter().filter(|t| draws.iter().any(|draw| draw.technique == *t));
         let skins = any(|draw| draw.technique == Technique::Bucketed && draw.skinning != Skinning::Vertex);
         let skinning = when(skins, sizes.skinning());
+        let marks = self.marks.is_none() && any(|draw| draw.shown_view() != View::Shaded);
+        let present = self.memory();
         let color_bytes = options.color_format.block_copy_size(None).unwrap_or(4);
         MemoryUse {
             techniques: techniques.map(|technique| sizes.technique(technique)).sum(),
@@ -40,7 +42,8 @@ impl CrowdRenderer {
             shadows: when(any(|draw| draw.shadows > 0), sizes.shadows(shadow_side(size.1))),
             floor: when(any(|draw| draw.technique == Technique::StaticFloor), sizes.floor()),
             targets: sizes.targets(size, color_bytes),
-            ..self.memory()
+            others: present.others + when(marks, size_of::<MarkConfig>() as u64),
+            ..present
         }
     }
 

@@ -58,8 +58,11 @@ impl CrowdRenderer {
         Ok(())
     }
 
-    /// Sets up what is shown besides the crowd, unless it is.
-    pub(super) fn prepare_marks(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<()> {
+    /// Sets up what views and a reference camera show besides the crowd, unless it is. Both do so themselves; beforehand [`Self::memory`] has it.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] where the device has no room.
+    pub fn prepare_marks(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<()> {
         if self.marks.is_none() {
             let mut up = Uploader { device, queue, bytes: 0 };
             let RendererOptions { color_format, sample_count, .. } = self.options;
