@@ -1,6 +1,7 @@
 //! Help, usage errors, completions: before anything is read.
 
 use crate::bench::Bench;
+use crowd_tests::taught::{commands, documented};
 
 const VERBS: [&str; 8] = ["bake", "inspect", "verify", "export", "picture", "survey", "print-config", "completions"];
 
@@ -43,6 +44,24 @@ fn wrong_words_end_with_2_and_nothing_on_stdout() {
         assert!(done.out.is_empty() && !done.err.is_empty(), "{words:?}");
     }
     assert!(bench.listing().is_empty());
+}
+
+/// Nothing that they name is there: words that make sense end with 1.
+#[test]
+fn commands_that_help_and_documents_teach_are_understood() {
+    let bench = Bench::new();
+    let mut taught = documented("crowdbake");
+    for verb in VERBS.iter().copied().chain(["report", "explain", "compare", ""]) {
+        let words = [verb, "--help"];
+        let help = bench.run(if verb.is_empty() { &words[1..] } else { &words }).expect(0);
+        taught.extend(commands("crowdbake", &help.out));
+    }
+    assert!(taught.len() > 50, "{}", taught.len());
+    for words in taught.iter().filter(|words| !words.is_empty() && words[0] != "help") {
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        let done = bench.run_program(&words);
+        assert!(done.code < 2, "{words:?}: {}", done.err);
+    }
 }
 
 #[test]

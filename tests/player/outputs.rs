@@ -22,6 +22,57 @@ fn output_that_cannot_be_written_is_code_3_and_leaves_nothing() {
 }
 
 #[test]
+fn pictures_are_png_alone() {
+    let scene = Scene::new();
+    for name in ["a.jpg", "a.JPEG", "f-%03d.webp", "%d.bmp", "deep/a.svg"] {
+        let ran = run_with(&scene, &["--frames", "2", "--out", &scene.path(name)]);
+        assert!(ran.code == 2 && ran.stderr.contains("--out") && ran.stderr.contains(".png"), "{name}: {}", ran.stderr);
+        let pack = scene.pack();
+        let ran = crowdplay(&[&pack, "--frames", "1", "--screenshot", &scene.path(name)]);
+        let names = [name, "--screenshot", ".png"];
+        assert!(ran.code == 2 && names.iter().all(|word| ran.stderr.contains(word)), "{name}: {}", ran.stderr);
+    }
+    for name in ["a.mp4", "a.GIF", "-"] {
+        let ran = crowdplay(&[&scene.pack(), "--frames", "1", "--screenshot", name]);
+        assert!(ran.code == 2 && ran.stderr.contains("--headless --out"), "{name}: {}", ran.stderr);
+    }
+    assert_eq!(scene.files(), ["posts.crowdpack"]);
+    // No ending says nothing else.
+    scene.render(&[&["--out", &scene.path("plain")][..], &TINY].concat());
+    assert!(std::fs::read(scene.file("plain")).unwrap().starts_with(b"\x89PNG"));
+}
+
+/// What cannot be written is found out before anything is drawn, and nothing is made on the way.
+#[test]
+fn outputs_are_tried_before_the_work() {
+    let scene = Scene::new();
+    for folder in ["a.png", "a.mp4", "a.json", "a.txt"] {
+        std::fs::create_dir(scene.file(folder)).unwrap();
+    }
+    std::fs::write(scene.file("file"), "").unwrap();
+    let [png, film, json, text, below] = ["a.png", "a.mp4", "a.json", "a.txt", "file/b/c"].map(|name| scene.path(name));
+    let pack = scene.pack();
+    let table: &[&[&str]] = &[
+        &["--out", &png],
+        &["--out", &film],
+        &["--report", &json],
+        &["--record-camera", &text],
+        &["--report", &below],
+        #[cfg(target_os = "linux")]
+        &["--report", "/proc/a.json"],
+        #[cfg(target_os = "linux")]
+        &["--out", "/proc/new/frame-%d.png"],
+    ];
+    for words in table {
+        let ran = run_with(&scene, &[&["--frames", "1000000"], *words].concat());
+        assert!(ran.code == 3 && !ran.stderr.contains("instances"), "{words:?}: {}", ran.stderr);
+    }
+    let ran = crowdplay(&["bench", &pack, "--ab", "b1,bucketed", "--csv", &json]);
+    assert!(ran.code == 3 && ran.stderr.contains("a folder"), "{}", ran.stderr);
+    assert_eq!(scene.files(), ["a.json", "a.mp4", "a.png", "a.txt", "file", "posts.crowdpack"]);
+}
+
+#[test]
 fn missing_folders_are_made() {
     let scene = Scene::new();
     scene.render(

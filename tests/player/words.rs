@@ -1,6 +1,7 @@
 //! Words, exit codes, files left behind, and the report's shape.
 
-use crate::{Scene, crowdplay, figures};
+use crate::{Scene, crowdplay, figures, player};
+use crowd_tests::taught::{commands, documented};
 
 pub(crate) const TINY: [&str; 6] = ["--size", "32x18", "--count", "4", "--backend", "cpu"];
 
@@ -15,6 +16,26 @@ fn help_version_and_completions_are_data() {
     for taught in ["Examples:", "Exit codes:", "--headless", "--list-adapters"] {
         assert!(help.contains(taught), "{taught}");
     }
+}
+
+/// Nothing that they name is there, not even a display: words that make sense end with 1 or 5.
+#[test]
+fn commands_that_help_and_documents_teach_are_understood() {
+    let scene = Scene::new();
+    let mut taught = documented("crowdplay");
+    for words in [&["--help"][..], &["bench", "--help"]] {
+        taught.extend(commands("crowdplay", &String::from_utf8(crowdplay(words).stdout).unwrap()));
+    }
+    assert!(taught.len() > 50, "{}", taught.len());
+    for words in &taught {
+        let mut program = player();
+        program.args(words).current_dir(scene.folder());
+        let ran = program.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").output();
+        let ran = ran.expect("the program starts");
+        let said = String::from_utf8_lossy(&ran.stderr);
+        assert!(matches!(ran.status.code(), Some(0 | 1 | 5)), "{words:?}: {said}");
+    }
+    assert_eq!(scene.files(), ["posts.crowdpack"]);
 }
 
 #[test]
@@ -71,6 +92,28 @@ fn a_missing_or_damaged_pack_is_refused() {
         assert_eq!(ran.stderr.matches(name).count(), 1, "{}", ran.stderr);
         assert!(!scene.file("never.png").exists());
     }
+}
+
+#[test]
+fn an_asset_in_the_place_of_a_pack_is_answered_with_the_command_that_bakes_it() {
+    let scene = Scene::new();
+    for name in ["mara.glb", "two words.gltf", "CAST.OBJ", "crowd.toml"] {
+        std::fs::write(scene.file(name), "not a pack, and long enough to have a header of some kind").unwrap();
+        let asset = scene.path(name);
+        for words in [&[asset.as_str(), "--headless", "--backend", "cpu"][..], &["bench", &asset, "--ab", "b0,b1"]] {
+            let ran = crowdplay(words);
+            assert_eq!((ran.code, ran.stdout.len()), (1, 0), "{words:?}: {}", ran.stderr);
+            let stem = name.split('.').next().expect("it has one");
+            assert!(ran.stderr.contains("crowdbake bake") && ran.stderr.contains(&format!("{stem}.crowdpack")));
+            assert_eq!(ran.stderr.contains(&format!("'{asset}'")), name.contains(' '), "{}", ran.stderr);
+        }
+    }
+    // A pack with an asset's name is a pack; an asset that is not there is a missing file.
+    std::fs::copy(scene.pack(), scene.file("pack.glb")).unwrap();
+    let ran = crowdplay(&[&[scene.path("pack.glb").as_str(), "--headless"][..], &TINY].concat());
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    let ran = crowdplay(&[&scene.path("gone.glb"), "--headless"]);
+    assert!(ran.code == 1 && !ran.stderr.contains("crowdbake"), "{}", ran.stderr);
 }
 
 #[test]

@@ -53,7 +53,7 @@ Examples:
     crowdplay cast.crowdpack --flock 100000 --simulate gpu
 
   What JuPedSim simulated, 12 seconds after its start:
-    crowdplay cast.crowdpack --trajectories crossing.sqlite --headless --time 12 --out crossing.png
+    crowdplay cast.crowdpack --trajectories crossing.sqlite --headless --start 12 --out crossing.png
 
   The numbers alone, to another program:
     crowdplay cast.crowdpack --headless --frames 100 --report - | jq .timings.frame_ms.median

@@ -1,5 +1,6 @@
 //! Why the player stopped, and the exit code that says so.
 
+use crate::shell_word::shell_path;
 use std::path::PathBuf;
 
 /// Result of this crate.
@@ -18,7 +19,12 @@ pub enum Error {
         source: crowd_pack::Error,
     },
     /// An asset was given where a pack is needed.
-    #[error("{path}: an asset, and a pack is needed; `crowdbake bake {path} -o {pack}` makes one", path = path.display(), pack = path.with_extension("crowdpack").display())]
+    #[error(
+        "{}: an asset, and a pack is needed; `crowdbake bake {} -o {}` makes one",
+        path.display(),
+        shell_path(path),
+        shell_path(&path.with_extension("crowdpack"))
+    )]
     NotBaked {
         /// The file.
         path: PathBuf,
@@ -130,12 +136,28 @@ mod tests {
     use super::*;
 
     #[test]
+    #[cfg(unix)]
+    fn commands_that_are_suggested_can_be_pasted() {
+        let words = |path: &str| Error::NotBaked { path: path.into() }.to_string();
+        for (path, command) in [
+            ("a/mara.glb", "`crowdbake bake a/mara.glb -o a/mara.crowdpack`"),
+            ("é 1.glb", "`crowdbake bake 'é 1.glb' -o 'é 1.crowdpack'`"),
+            ("it's.obj", r"`crowdbake bake 'it'\''s.obj' -o 'it'\''s.crowdpack'`"),
+            ("$(rm x).glb", "`crowdbake bake '$(rm x).glb' -o '$(rm x).crowdpack'`"),
+            ("-x.toml", "`crowdbake bake ./-x.toml -o ./-x.crowdpack`"),
+        ] {
+            assert!(words(path).contains(command), "{}", words(path));
+        }
+    }
+
+    #[test]
     fn every_fault_has_its_code() {
         let path = PathBuf::from("a");
         let io = || std::io::Error::other("x");
         let version = crowd_pack::Error::Version { found: 9, supported: 1 };
         let table = [
             (Error::Pack { path: path.clone(), source: version }, 1),
+            (Error::NotBaked { path: path.clone() }, 1),
             (Error::Scene { path: path.clone(), problem: "p".into() }, 1),
             (Error::Stages(crowd_stages::Error::NoAdapter("n".into())), 5),
             (Error::Stages(crowd_stages::Error::Image { index: 0, problem: "p".into() }), 1),

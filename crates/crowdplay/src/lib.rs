@@ -26,6 +26,7 @@ pub mod plan;
 pub mod progress;
 pub mod scenery;
 pub mod schedules;
+mod shell_word;
 pub mod simulation;
 pub mod stats;
 mod step_match;
@@ -110,6 +111,7 @@ fn follow(args: &cli::Args, stdout: &mut dyn Write, stderr: &mut dyn Write) -> R
     }
     let plan = plan::plan(args)?;
     output_paths::refuse_shared(&plan)?;
+    output_paths::outputs(&plan).iter().try_for_each(|path| output_paths::expect_writable(path))?;
     if matches!(plan.show, plan::Show::Window(_)) {
         window::expect_display()?;
     }

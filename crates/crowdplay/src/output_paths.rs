@@ -37,6 +37,38 @@ pub fn refuse_inputs(plan: &Plan, option: &'static str, output: &Path) -> Result
     if output == Path::new("-") { Ok(()) } else { refuse(option, output, &places(&inputs(plan))) }
 }
 
+/// What will be written, the first file of many; nothing that goes to standard output.
+pub fn outputs(plan: &Plan) -> Vec<PathBuf> {
+    let picture = match &plan.show {
+        Show::Headless(HeadlessPlan { out, .. }) => out.as_ref().and_then(|out| out.file_of(0, 1)),
+        Show::Window(WindowPlan { screenshot, .. }) => screenshot.clone(),
+    };
+    let report = plan.report.clone().filter(|report| report != Path::new("-"));
+    [picture, report, plan.record_camera.clone()].into_iter().flatten().collect()
+}
+
+/// Sees that a file can be made there, before hours of work rely on it. Nothing is made yet.
+///
+/// # Errors
+/// [`Error::Output`] where it cannot.
+pub fn expect_writable(path: &Path) -> Result<()> {
+    let refused = |source| Error::Output { path: path.to_owned(), source };
+    if path.is_dir() {
+        return Err(refused(std::io::Error::other("is a folder, a file name is needed")));
+    }
+    if path == Path::new("-") || is_device(path) {
+        return Ok(());
+    }
+    let target = if path.is_symlink() { path.canonicalize().map_err(refused)? } else { path.to_owned() };
+    let absolute = std::path::absolute(&target).map_err(refused)?;
+    let there = absolute.ancestors().skip(1).find(|place| place.exists()).unwrap_or(Path::new("."));
+    if !there.is_dir() {
+        let what = format!("{} is a file, a folder is needed", there.display());
+        return Err(refused(std::io::Error::other(what)));
+    }
+    tempfile::tempfile_in(there).map(drop).map_err(refused)
+}
+
 fn inputs(plan: &Plan) -> Vec<(&'static str, &Path)> {
     let mut taken = vec![("the pack", plan.pack.as_path())];
     match &plan.crowd.layout {

@@ -201,10 +201,8 @@ pub fn plan(args: &Args) -> Result<Plan> {
             out,
         })
     } else {
-        let screenshot = args.window.screenshot.as_deref().and_then(Path::to_str);
-        if let Some((name, ending)) = screenshot.and_then(|name| Some((name, picture_name::other_picture(name)?))) {
-            let (found, allowed) = (name.to_owned(), format!(".png; no .{ending} is written"));
-            return Err(Error::Parameter { option: "--screenshot", found, allowed });
+        if let Some(file) = &args.window.screenshot {
+            picture_name::expect_png(file)?;
         }
         Show::Window(WindowPlan {
             frames: args.frames,

@@ -3,7 +3,9 @@
 use super::condition::Condition;
 use super::variant::{Variant, variants};
 use crate::cli::Args;
+use crate::output_paths;
 use crate::plan::{self, Plan};
+use crate::shell_word::shell_word;
 use crate::{Error, Result};
 use clap::parser::ValueSource;
 use clap::{Args as _, CommandFactory, FromArgMatches, ValueHint};
@@ -24,7 +26,8 @@ Examples:
     crowdplay bench cast.crowdpack --ab b0,b3,bucketed --counts 32,512,8192 --csv growth.csv
 
   A pipeline that fails when ours is not four times as fast as the baseline, or level of detail costs too much:
-    crowdplay bench cast.crowdpack --ab b0,bucketed --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665'
+    crowdplay bench cast.crowdpack --ab b0,bucketed \\
+      --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665'
 
 Conditions: [QUANTITY:]A/B OP NUMBER, or [QUANTITY:]A OP NUMBER; A and B are techniques of --ab, OP is <=, <, >= or >. They must hold at
 every count and budget. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything but skinning and drawing), lod_share (its
@@ -153,7 +156,7 @@ pub fn command() -> clap::Command {
 /// Clap's, for words it does not know.
 pub fn parse(words: impl IntoIterator<Item = OsString>) -> std::result::Result<Result<Asked>, clap::Error> {
     let words: Vec<OsString> = words.into_iter().collect();
-    let typed: Vec<String> = words.iter().map(|word| quoted(&word.to_string_lossy())).collect();
+    let typed: Vec<String> = words.iter().map(|word| shell_word(&word.to_string_lossy())).collect();
     let matches = command().try_get_matches_from(words)?;
     let mut args = Args::from_arg_matches(&matches)?;
     let words = BenchWords::from_arg_matches(&matches)?;
@@ -221,14 +224,10 @@ fn decide(args: &Args, mut words: BenchWords, typed: String) -> Result<Asked> {
         all => all.iter().copied().map(Some).collect(),
     };
     for (option, path) in outputs {
-        crate::output_paths::refuse_inputs(&plan, option, path)?;
+        output_paths::refuse_inputs(&plan, option, path)?;
+        output_paths::expect_writable(path)?;
     }
     Ok(Asked { plan, counts, budgets, quiet: args.quiet, typed, words })
-}
-
-/// As one would type it into a shell.
-fn quoted(word: &str) -> String {
-    if word.contains([' ', '<', '>', '*']) { format!("'{word}'") } else { word.to_owned() }
 }
 
 fn refused(option: &'static str, found: String, allowed: &str) -> Error {

@@ -26,12 +26,17 @@ pub enum PictureName {
 impl PictureName {
     /// Reads `%d` or `%04d` in the file's name; `%%` is a percent sign.
     pub(super) fn parse(out: &Path) -> Result<Self> {
-        let Some(text) = out.to_str() else { return Ok(Self::Last(out.to_owned())) };
+        let text = &*out.to_string_lossy();
         if text == "-" {
             return Ok(Self::Stdout);
         }
         let refused =
             |allowed: &str| Error::Parameter { option: "--out", found: text.to_owned(), allowed: allowed.to_owned() };
+        // Of a name that is no text nothing can be read but its ending, and nothing may be put in.
+        let is_text = out.to_str().is_some();
+        if !is_text && text.contains('%') {
+            return Err(refused("a name in UTF-8 where it has a %"));
+        }
         let wrong = || refused("one %d or %04d for the frame's number, and %% for a percent sign");
         let (mut name, mut number) = (String::new(), None);
         let mut parts = text.split('%');
@@ -60,8 +65,10 @@ impl PictureName {
         match number {
             Some(_) if is_film => Err(refused("a film's name without a number, or the number in that of a PNG")),
             Some((before, digits)) => Ok(Self::Each { before, digits, after: name }),
-            None if is_film => Ok(Self::Film(name.into())),
-            None => Ok(Self::Last(name.into())),
+            None => {
+                let path = if is_text { name.into() } else { out.to_owned() };
+                Ok(if is_film { Self::Film(path) } else { Self::Last(path) })
+            }
         }
     }
 
@@ -82,11 +89,25 @@ impl PictureName {
     }
 }
 
-/// The ending of another kind of picture than what is written.
-pub(super) fn other_picture(name: &str) -> Option<&str> {
+/// The ending of another kind of file than the picture that is written.
+fn other_picture(name: &str) -> Option<&str> {
     const OTHERS: [&str; 9] = ["jpg", "jpeg", "webp", "bmp", "tif", "tiff", "tga", "svg", "exr"];
     let (_, ending) = name.rsplit_once('.')?;
     OTHERS.iter().any(|other| other.eq_ignore_ascii_case(ending)).then_some(ending)
+}
+
+/// Refuses a picture of the window that is no PNG file by its name.
+pub(super) fn expect_png(file: &Path) -> Result<()> {
+    let name = file.to_string_lossy();
+    let refused = |allowed: String| Err(Error::Parameter { option: "--screenshot", found: name.to_string(), allowed });
+    match other_picture(&name) {
+        Some(ending) => refused(format!(".png; no .{ending} is written")),
+        None if crate::film::is_film(file) => {
+            refused(".png; films are made without a window (--headless --out)".into())
+        }
+        None if name == "-" => refused("a file; without a window (--headless --out -) standard output, too".into()),
+        None => Ok(()),
+    }
 }
 
 #[cfg(test)]
@@ -108,5 +129,18 @@ mod tests {
         for bad in ["%s.png", "%d-%d.png", "100%.png", "%0004d.png", "a%", "a%%%", "%d.mp4"] {
             assert!(PictureName::parse(Path::new(bad)).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn names_that_are_no_text_keep_their_bytes_and_their_rules() {
+        let name =
+            |bytes: &'static [u8]| Path::new(<std::ffi::OsStr as std::os::unix::ffi::OsStrExt>::from_bytes(bytes));
+        assert_eq!(PictureName::parse(name(b"\xff.png")).unwrap(), PictureName::Last(name(b"\xff.png").into()));
+        assert_eq!(PictureName::parse(name(b"\xff.mp4")).unwrap(), PictureName::Film(name(b"\xff.mp4").into()));
+        for bad in [&b"\xff.jpg"[..], b"\xff%d.png", b"\xff%%.png"] {
+            assert!(PictureName::parse(name(bad)).is_err(), "{bad:?}");
+        }
+        assert!(expect_png(name(b"\xff.jpg")).is_err() && expect_png(name(b"\xff.png")).is_ok());
     }
 }
