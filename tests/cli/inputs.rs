@@ -186,6 +186,7 @@ fn a_character_of_another_unit_is_warned_of_and_scaled_when_asked() {
     assert!((height() - 3.0).abs() < 1e-4);
     bake(&["--scale", "1e6"]).expect(1).says(&["load: --scale or --height: 1000000 times", "allowed"]);
     bake(&["--scale", "0"]).expect(2);
+    bake(&["--scale", "-1"]).expect(2).says(&["--scale", "found -1, allowed"]);
     bake(&["--scale", "2", "--height", "2"]).expect(2);
     bench.write("giant.obj", "v 0 0 0\nv 1 0 0\nv 0 180 0\nf 1 2 3\n");
     let giant = bench.run(&["bake", "@giant.obj", "-o", "@out.crowdpack"]).expect(0);

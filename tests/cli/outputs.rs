@@ -160,3 +160,28 @@ fn standard_output_is_refused_by_name_and_so_is_another_format() {
     done.says(&["found .gltf, allowed .glb"]);
     assert_eq!(bench.listing(), [TRIANGLE]);
 }
+
+/// Nothing that could be read is there: had it been looked for first, these would end with 1, and folders would be left.
+#[test]
+fn outputs_are_tried_before_inputs_are_read_and_refused_inputs_leave_nothing() {
+    let bench = Bench::new();
+    bench.write("file", b"");
+    bench.run(&["export", "@gone.glb", "--ratio", "1", "-o", "@file/a.glb"]).expect(3).says(&["file", "a folder"]);
+    bench.run(&["export", "@gone.glb", "--lods", "1,0.5", "-o", "@file/new/"]).expect(3).says(&["file", "a folder"]);
+    bench.run(&["bake", "@gone.glb", "-o", "@new/deep/a.crowdpack"]).expect(1);
+    bench.run(&["report", "@gone.glb", "-o", "@new/a.html"]).expect(1);
+    bench.run(&["export", "@gone.glb", "--ratio", "1", "-o", "@new/"]).expect(1);
+    assert_eq!(bench.listing(), ["file"]);
+}
+
+#[test]
+fn a_folder_that_is_to_be_made_gets_one_level_as_it_gets_several() {
+    let bench = Bench::new();
+    bench.copy(TRIANGLE, TRIANGLE);
+    let input = format!("@{TRIANGLE}");
+    bench.run(&["export", &input, "--ratio", "1", "-o", "@one/"]).expect(0);
+    bench.run(&["export", &input, "--lods", "1", "-o", "@more/"]).expect(0);
+    let stem = TRIANGLE.trim_end_matches(".glb");
+    assert_eq!(crate::bench::listing(&bench.path("one")), [format!("{stem}.glb")]);
+    assert_eq!(crate::bench::listing(&bench.path("more")), [format!("{stem}.lod0.glb")]);
+}

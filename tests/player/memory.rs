@@ -63,8 +63,9 @@ fn what_the_reference_camera_needs_is_counted() {
     let (alone, seen) = (fitted(&["--out", &out]), fitted(&["--out", &out, "--reference-camera"]));
     // Each with the buffer that its rows of 2,560 bytes are read back through.
     assert_eq!([alone.1, seen.1], [2 * 2560 * 360, 2 * 2 * 2560 * 360]);
-    // A vertex takes 24 bytes skinned beforehand, and others besides.
-    assert!(alone.0 > seen.0 && (alone.0 - seen.0) * 24 <= seen.1 - alone.1, "{alone:?} {seen:?}");
+    // A vertex takes 24 bytes, skinned beforehand; a little more goes to the marks that the second camera shows.
+    let (freed, asked) = ((alone.0 - seen.0) * 24, seen.1 - alone.1);
+    assert!((asked..asked + 1000).contains(&freed), "{alone:?} {seen:?}");
 }
 
 #[test]

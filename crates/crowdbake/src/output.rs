@@ -13,13 +13,13 @@ pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), BakeError> {
     }
     make_folder_of(path)?;
     let target = follow_link(path).map_err(fail)?;
-    let mut file = temporary_beside(&target).map_err(fail)?;
+    let mut file = temporary_in(folder_of(&target)).map_err(fail)?;
     file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(fail)?;
     file.persist(&target).map_err(|error| fail(error.error))?;
     Ok(())
 }
 
-/// Makes the folder that `path` lies in and sees that a file can be made there, before hours of work rely on it.
+/// Sees that a file can be made there, and the folders that it is to lie in, before hours of work rely on it. Nothing is made yet.
 pub(crate) fn expect_writable(path: &Path) -> Result<(), BakeError> {
     let fail = |source| BakeError::whole(Step::Write, Cause::Output { path: path.to_owned(), source });
     if path.is_dir() {
@@ -28,8 +28,8 @@ pub(crate) fn expect_writable(path: &Path) -> Result<(), BakeError> {
     if is_device(path) {
         return Ok(());
     }
-    make_folder_of(path)?;
-    follow_link(path).and_then(|target| temporary_beside(&target).map(drop)).map_err(fail)
+    let target = follow_link(path).map_err(fail)?;
+    temporary_in(nearest_folder(&target)?).map(drop).map_err(fail)
 }
 
 /// Refuses an output that is one of the inputs or one of the files that they name, however either is spelled.
@@ -80,12 +80,20 @@ pub(crate) fn print(out: &mut dyn Write, text: &str) -> Result<(), BakeError> {
     })
 }
 
-fn make_folder_of(path: &Path) -> Result<(), BakeError> {
-    let folder = folder_of(path);
-    if let Some(file) = folder.ancestors().find(|place| place.exists()).filter(|place| !place.is_dir()) {
-        let source = Error::new(ErrorKind::NotADirectory, "is a file, a folder is needed");
-        return Err(BakeError::whole(Step::Write, Cause::Output { path: file.to_owned(), source }));
+/// The nearest folder above a file that is there.
+fn nearest_folder(path: &Path) -> Result<&Path, BakeError> {
+    let place = folder_of(path).ancestors().find(|place| place.exists()).unwrap_or(Path::new("."));
+    if place.is_dir() {
+        return Ok(place);
     }
+    let source = Error::new(ErrorKind::NotADirectory, "is a file, a folder is needed");
+    Err(BakeError::whole(Step::Write, Cause::Output { path: place.to_owned(), source }))
+}
+
+/// Makes the folders that a file is to lie in.
+pub(crate) fn make_folder_of(path: &Path) -> Result<(), BakeError> {
+    nearest_folder(path)?;
+    let folder = folder_of(path);
     std::fs::create_dir_all(folder)
         .map_err(|source| BakeError::whole(Step::Write, Cause::Output { path: folder.to_owned(), source }))
 }
@@ -105,7 +113,7 @@ fn follow_link(path: &Path) -> std::io::Result<PathBuf> {
 }
 
 /// Named as packs' own temporary files are. A temporary file is private by default; what we write is for everyone that the umask lets in.
-fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+fn temporary_in(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".").suffix(".crowdpack.tmp");
     #[cfg(unix)]
@@ -113,7 +121,7 @@ fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder_of(path))
+    builder.tempfile_in(folder)
 }
 
 #[cfg(test)]

@@ -2,13 +2,15 @@
 
 use crate::cli::{BakeOptions, ExportArgs};
 use crate::error::{BakeError, Cause, DONE, Step};
-use crate::output::{refuse_inputs, write_whole};
+use crate::output::{expect_writable, refuse_inputs, write_whole};
 use crate::talk::Talk;
 use crate::unpack::{Unpacked, choose_character, open, triangle_target};
 use crowd_pack::{LodRecord, ManifestTarget};
 use std::path::{Path, PathBuf};
 
 pub(super) fn export(args: &ExportArgs, talk: &Talk<'_>) -> Result<u8, BakeError> {
+    // Names of levels come when the character is known; they all go to one folder.
+    expect_writable(&if is_folder(&args.output) { args.output.join("level.glb") } else { args.output.clone() })?;
     let opened = open(&args.input, &BakeOptions::default())?;
     let contents = opened.contents();
     let character = Unpacked::new(contents, choose_character(contents, args.character.as_deref())?);
@@ -56,7 +58,7 @@ fn export_stored(args: &ExportArgs, character: &Unpacked<'_>, name: &str, talk: 
     for index in chosen {
         let path = match name {
             "all" => stored_path(&args.output, &character.manifest.name, &discrete[index].name),
-            _ if args.output.is_dir() => stored_path(&args.output, &character.manifest.name, name),
+            _ if is_folder(&args.output) => stored_path(&args.output, &character.manifest.name, name),
             _ => args.output.clone(),
         };
         refuse_inputs(&path, std::slice::from_ref(&args.input))?;
@@ -88,7 +90,7 @@ fn missed_stored(character: &Unpacked<'_>, index: usize) -> Cause {
 /// `OUT.glb` becomes `OUT.lod1.glb`; a folder gets `NAME.lod1.glb`.
 fn stored_path(output: &Path, character: &str, level: &str) -> PathBuf {
     let ending = format!("{}.glb", file_name(level));
-    if output.is_dir() || output.as_os_str().to_string_lossy().ends_with(['/', '\\']) {
+    if is_folder(output) {
         return output.join(format!("{}.{ending}", file_name(character)));
     }
     output.with_extension(ending)
@@ -104,7 +106,7 @@ struct Wanted {
 fn wanted_levels(args: &ExportArgs, character: &Unpacked<'_>) -> Vec<Wanted> {
     let full = character.record.triangle_count;
     let single = |what, at_most| {
-        let path = if args.output.is_dir() {
+        let path = if is_folder(&args.output) {
             args.output.join(format!("{}.glb", file_name(&character.manifest.name)))
         } else {
             args.output.clone()
@@ -131,10 +133,15 @@ fn wanted_levels(args: &ExportArgs, character: &Unpacked<'_>) -> Vec<Wanted> {
 
 /// `OUT.glb` becomes `OUT.lod0.glb`; a folder gets `NAME.lod0.glb`.
 fn lod_path(output: &Path, name: &str, index: usize) -> PathBuf {
-    if output.is_dir() || output.as_os_str().to_string_lossy().ends_with(['/', '\\']) {
+    if is_folder(output) {
         return output.join(format!("{}.lod{index}.glb", file_name(name)));
     }
     output.with_extension(format!("lod{index}.glb"))
+}
+
+/// A folder, or the name of one that is to be made.
+fn is_folder(output: &Path) -> bool {
+    output.is_dir() || output.as_os_str().to_string_lossy().ends_with(['/', '\\'])
 }
 
 /// A name from a pack as a file name: nothing that leaves the folder.
