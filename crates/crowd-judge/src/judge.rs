@@ -86,6 +86,7 @@ impl Judge {
             let (positions, normals) = (pose_positions(mesh, &self.poses[pose]), pose_normals(mesh, &self.poses[pose]));
             let view = pictures::frame(&positions, &mesh.triangles, view);
             let picture = painted.draw(mesh, &self.paint, &positions, &normals, &view);
+            let picture = picture.with_joints(mesh, &self.paint, &positions, &view);
             Shot { pose, view, picture }
         };
         wanted.par_iter().map(take).collect()
@@ -126,7 +127,13 @@ impl Judge {
             return Ok(verdict);
         }
         let seen = self.compare_pictures(&level.mesh, poses);
-        Ok(Verdict { image_rmse: Some(seen.rmse()), silhouette_xor: Some(seen.silhouette_xor()), ..verdict })
+        Ok(Verdict {
+            image_rmse: Some(seen.rmse()),
+            silhouette_xor: Some(seen.silhouette_xor()),
+            silhouette_missed: Some(seen.missed()),
+            limbs_missed: Some(seen.missed_of_limbs()),
+            ..verdict
+        })
     }
 
     fn judge_pose(&self, pose: usize, level: &Side, palette: &[Mat3x4]) -> PoseFindings {

@@ -8,6 +8,7 @@
 //! The steps of [`Judge::judge`]: `spread` points over each surface, `pose` both, find the `nearest` points of the other
 //! surface, sum up in `verdict`; and draw both in `pictures`.
 
+mod joints;
 mod judge;
 mod nearest;
 mod pictures;

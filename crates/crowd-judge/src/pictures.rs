@@ -1,6 +1,6 @@
 //! Draws both sides with one camera and compares what is seen.
 
-use crate::{Paint, SkinnedMesh};
+use crate::{Paint, SkinnedMesh, joints};
 use crowd_raster::{Batch, Fill, Target, View, downsample, draw_many};
 use glam::Vec3;
 
@@ -18,6 +18,8 @@ const ELEVATION_DEG: f32 = 10.0;
 const FIELD_OF_VIEW_RAD: f32 = 0.35;
 /// Black, so that what sticks out or is missing counts by how bright it is.
 const BACKGROUND: [u8; 4] = [0, 0, 0, 255];
+/// Share of the silhouettes that a joint shows at least to count as one of the limbs.
+const LEAST_SHOWN: f64 = 0.005;
 
 /// One picture of a side.
 #[derive(Debug)]
@@ -26,15 +28,19 @@ pub(crate) struct Picture {
     colors: Vec<[u8; 4]>,
     /// Whether each sample shows the character.
     covered: Vec<bool>,
+    /// The joint that each sample shows most of, where the character is shown; empty where nobody asks.
+    joints: Vec<u16>,
 }
 
 /// What the pictures of a level differ by, summed over pictures.
-#[derive(Debug, Default, Clone, Copy)]
+#[derive(Debug, Default, Clone)]
 pub(crate) struct PictureSums {
     squares: f64,
     channels: u64,
     covered_by_one: u64,
     covered: u64,
+    /// For each joint, the samples in which the original shows it, and those of them in which the level shows nothing.
+    by_joint: Vec<[u64; 2]>,
 }
 
 impl PictureSums {
@@ -44,6 +50,10 @@ impl PictureSums {
         self.channels += other.channels;
         self.covered_by_one += other.covered_by_one;
         self.covered += other.covered;
+        self.by_joint.resize(self.by_joint.len().max(other.by_joint.len()), [0; 2]);
+        for (sum, more) in self.by_joint.iter_mut().zip(&other.by_joint) {
+            (0..2).for_each(|i| sum[i] += more[i]);
+        }
     }
 
     /// Root mean square difference over the union of the silhouettes, 0 to 1.
@@ -54,6 +64,21 @@ impl PictureSums {
     /// What only one silhouette covers, in percent of their union.
     pub fn silhouette_xor(&self) -> f64 {
         100.0 * self.covered_by_one as f64 / self.covered.max(1) as f64
+    }
+
+    /// What the level misses of the original's silhouette, in percent of that.
+    pub fn missed(&self) -> f64 {
+        let [shown, missed] = self.by_joint.iter().fold([0; 2], |sum, joint| [sum[0] + joint[0], sum[1] + joint[1]]);
+        100.0 * missed as f64 / shown.max(1) as f64
+    }
+
+    /// The same as a mean over the joints, so that a shin counts as much as a belly. Joints that hardly show are left out.
+    pub fn missed_of_limbs(&self) -> f64 {
+        let all: u64 = self.by_joint.iter().map(|joint| joint[0]).sum();
+        let shares = self.by_joint.iter().filter(|joint| joint[0] > 0 && joint[0] as f64 >= LEAST_SHOWN * all as f64);
+        let (sum, count) =
+            shares.fold((0.0, 0), |(sum, count), joint| (sum + joint[1] as f64 / joint[0] as f64, count + 1));
+        100.0 * sum / f64::from(count.max(1))
     }
 }
 
@@ -132,21 +157,36 @@ impl Painted {
             .collect();
         draw_many(&mut target, view, &batches);
         let covered = target.depth.iter().map(|&depth| depth < 1.0).collect();
-        Picture { colors: downsample(&target, SUPERSAMPLING).color, covered }
+        Picture { colors: downsample(&target, SUPERSAMPLING).color, covered, joints: Vec::new() }
     }
 }
 
-/// Compares two pictures from one camera.
+impl Picture {
+    /// The same with the joints that its samples show; everything else as it was drawn.
+    pub fn with_joints(self, mesh: &SkinnedMesh, paint: &Paint, positions: &[Vec3], view: &View) -> Self {
+        let side = SIDE_PX * SUPERSAMPLING;
+        Self { joints: joints::draw(mesh, paint, positions, view, side), ..self }
+    }
+}
+
+/// Compares two pictures from one camera; the joints are those of the first.
 pub(crate) fn compare(a: &Picture, b: &Picture) -> PictureSums {
     let mut sums = PictureSums::default();
     let side = (SIDE_PX * SUPERSAMPLING) as usize;
     let mut shown = vec![false; a.colors.len()];
+    let joints = &a.joints;
     for (i, (&a, &b)) in a.covered.iter().zip(&b.covered).enumerate() {
         if a || b {
             let (x, y) = (i % side / SUPERSAMPLING as usize, i / side / SUPERSAMPLING as usize);
             shown[y * SIDE_PX as usize + x] = true;
             sums.covered += 1;
             sums.covered_by_one += u64::from(a != b);
+        }
+        if let (true, Some(&joint)) = (a, joints.get(i)) {
+            let joint = usize::from(joint);
+            sums.by_joint.resize(sums.by_joint.len().max(joint + 1), [0; 2]);
+            sums.by_joint[joint][0] += 1;
+            sums.by_joint[joint][1] += u64::from(!b);
         }
     }
     for ((a, b), _) in a.colors.iter().zip(&b.colors).zip(&shown).filter(|(_, shown)| **shown) {

@@ -218,6 +218,39 @@ fn pictures_show_what_is_missing_and_what_is_painted_over() {
 }
 
 #[test]
+fn a_limb_that_is_missed_counts_as_much_as_a_body() {
+    // Beside the square, which hangs on joint 0, a strip a tenth as wide, which hangs on joint 70; far off a speck on joint 5.
+    let with_strip = |width_m: f32| {
+        let mut mesh = square();
+        for (joint, low, high) in [(70, [3.5, 0.0], [3.5 + width_m, 4.0]), (5, [0.0, 4.01], [0.02, 4.03])] {
+            let first = mesh.positions.len() as u32;
+            let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
+            mesh.positions.extend(corners.map(|[x, y]| [x, y, 0.0]));
+            mesh.joints.extend([[joint, 0, 0, 0]; 4]);
+            mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        }
+        let count = mesh.positions.len();
+        mesh.normals = vec![[0.0, 0.0, 1.0]; count];
+        mesh.uvs.resize(count, [0.0; 2]);
+        mesh.colors = vec![[255; 4]; count];
+        mesh.weights = vec![[1.0, 0.0, 0.0, 0.0]; count];
+        mesh.triangle_materials = vec![0; mesh.triangles.len()];
+        mesh
+    };
+    let poses = JudgedPoses { rest: vec![REST; 71], moving: vec![vec![REST; 71]] };
+    let judge = Judge::new(with_strip(0.3), paint(), &poses, JudgeOptions { points: 10, pictures: true }).unwrap();
+    let seen = |level: SkinnedMesh| {
+        let verdict = judge.judge(level).unwrap();
+        (verdict.silhouette_missed.unwrap(), verdict.limbs_missed.unwrap())
+    };
+    assert_eq!(seen(with_strip(0.3)), (0.0, 0.0));
+    let (missed, of_limbs) = seen(with_strip(0.15));
+    assert!((missed - 100.0 * 0.15 / 3.3).abs() < 1.0 && (of_limbs - 25.0).abs() < 3.0, "{missed} {of_limbs}");
+    // What sticks out is not missed.
+    assert_eq!(seen(with_strip(0.5)), (0.0, 0.0));
+}
+
+#[test]
 fn a_level_may_have_joints_of_its_own() {
     let aside = [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
     let poses = JudgedPoses { rest: vec![REST], moving: vec![vec![aside]] };

@@ -117,4 +117,9 @@ pub struct Verdict {
     pub image_rmse: Option<f64>,
     /// What only one of the silhouettes covers, in percent of their union; `None` when not drawn.
     pub silhouette_xor: Option<f64>,
+    /// What the level misses of the original's silhouette, in percent of that; `None` when not drawn.
+    pub silhouette_missed: Option<f64>,
+    /// The same as a mean over the joints that move what is seen: a shin that thins to a sheet counts, however small it is beside the body.
+    /// Joints of less than half a percent of what is seen are left out. `None` when not drawn.
+    pub limbs_missed: Option<f64>,
 }

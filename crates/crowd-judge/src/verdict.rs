@@ -74,6 +74,8 @@ pub(crate) fn sum_up(findings: &[PoseFindings], diagonal_m: f64) -> Verdict {
         uv_rms_texels: (!drifts.is_empty()).then_some((drift_squares / drifts.len() as f64).sqrt()),
         image_rmse: None,
         silhouette_xor: None,
+        silhouette_missed: None,
+        limbs_missed: None,
     }
 }
 

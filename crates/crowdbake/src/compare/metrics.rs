@@ -34,7 +34,7 @@ pub const UV: Metric = metric("uv_p95_texels", "UV p95 px", 1, |v| v.uv_p95_texe
 pub const IMAGE: Metric = metric("image_rmse", "image", 4, |v| v.image_rmse);
 
 /// All of them.
-pub const METRICS: [Metric; 11] = [
+pub const METRICS: [Metric; 13] = [
     ANIMATED_RMS,
     REST_RMS,
     metric("mean_percent", "mean %", 4, |v| Some(v.mean)),
@@ -46,4 +46,6 @@ pub const METRICS: [Metric; 11] = [
     metric("uv_rms_texels", "UV RMS px", 1, |v| v.uv_rms_texels),
     IMAGE,
     metric("silhouette_xor_percent", "XOR %", 2, |v| v.silhouette_xor),
+    metric("silhouette_missed_percent", "missed %", 2, |v| v.silhouette_missed),
+    metric("limbs_missed_percent", "limbs missed %", 2, |v| v.limbs_missed),
 ];

@@ -39,7 +39,8 @@ frames that a bake samples, and in the pose at rest. Points spread by area over 
 each to the other surface, both ways, in percent of the diagonal of the original's box at rest. Normals and base colours \
 (sRGB 0 to 1) are compared at the nearest point on a face that looks the same way; UV: slide of the texture there, in \
 texels. Image: RMS difference of pictures over the union of both silhouettes, 6 views of 5 poses, 256 x 256 pixels of 3 x 3 \
-samples. XOR: what one silhouette alone covers, of their union. s: seconds in the simplifier, on a machine that does \
+samples. XOR: what one silhouette alone covers, of their union; missed: what the level's leaves out of the original's; limbs missed: the same \
+as a mean over the joints that show, so that a shin counts as much as a belly. s: seconds in the simplifier, on a machine that does \
 other work too; for gltfpack of the whole process.
 
 Who is compared: `wedge` our default order, `refit` its levels with their vertices moved, `bind` the same order from the \
