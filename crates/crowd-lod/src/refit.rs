@@ -1,6 +1,6 @@
 //! Moves the vertices of a level so that it lies as close as it can to full detail over the frames.
 //!
-//! One module a step: `full_detail` (with `charts`) and the level's `shape`; `pairs` and `rims` find which points belong
+//! One module a step: `full_detail` (with `charts`) and the level's `shape`; `pairs` and `rims` (of `patches`) find which points belong
 //! together; `held` says which places stay; `pulls` says what is made least; `equations` and `solver` make it least, `fit_places` takes the step; `fit_weights` fits
 //! the skinning between the rounds and after them; `fit_normals` and `fit_uvs` (by `fit_attributes`) follow; `flips` turns edges between the rounds, `fit_colors` looks at the
 //! textures, `repaint` at plain colours last.
@@ -17,6 +17,7 @@ mod flips;
 mod full_detail;
 mod held;
 mod pairs;
+mod patches;
 mod pulls;
 mod repaint;
 mod rims;
@@ -25,9 +26,11 @@ mod solver;
 #[cfg(test)]
 mod tests;
 
+use crate::quadrics::{dot, sub};
 use crate::{CollapseOrder, Level, LevelMesh, LodMesh, LodPoses, Mat3x4, level_mesh};
 use full_detail::FullDetail;
-use pairs::{Pair, Probes};
+use pairs::{Pair, Probes, mix};
+use patches::Patches;
 use rims::Rims;
 use shape::Shape;
 
@@ -92,6 +95,7 @@ pub fn refit(
         }
         if stage > 0 {
             fit.fit_weights();
+            fit.repaint_patches();
         }
         let rounds = options.rounds * (stage + 1) / STAGE_COUNT - options.rounds * stage / STAGE_COUNT;
         fit.move_places(rounds);
@@ -116,6 +120,10 @@ struct Fit<'a> {
     most_error: f64,
     /// Places that stay.
     held: Vec<bool>,
+    /// What shows alike, with what was repainted by now.
+    patches: Patches,
+    /// How many times as much it costs where plain colours meet elsewhere.
+    plain_factor: f32,
 }
 
 /// What the level's vertices have that no fit changes.
@@ -138,13 +146,62 @@ impl<'a> Fit<'a> {
         let uprights = fit_places::Uprights::new(&shape, &matrices);
         let (pairs, error) = probes.pair(full, &shape, &matrices, false);
         let held = held::find_held(&shape, &pairs, error);
-        Self { full, order, level, dress, shape, probes, matrices, uprights, most_error: MOST_LEFT * error, held }
+        let most_error = MOST_LEFT * error;
+        let patches = Patches::new(full, shape.triangles.len());
+        let mut fit = Self {
+            full,
+            order,
+            level,
+            dress,
+            shape,
+            probes,
+            matrices,
+            uprights,
+            most_error,
+            held,
+            patches,
+            plain_factor: 0.0,
+        };
+        fit.plain_factor = rims::find_plain_factor(full, error, fit.colors_off());
+        fit
+    }
+
+    /// Mean squared difference of the colours shown, of 1 between black and white; 0 where no two plain ones differ.
+    fn colors_off(&self) -> f64 {
+        if !self.patches.can_repaint() {
+            return 0.0;
+        }
+        let Self { full, level, dress, .. } = self;
+        let off = |pair: &Pair| {
+            let corners = level.triangles[pair.triangle as usize];
+            let uvs = corners.map(|v| level.uvs[v as usize]);
+            let uv = [0, 1].map(|i| (0..3).map(|k| uvs[k][i] * pair.weights[k]).sum());
+            let tint = mix(corners.map(|v| dress.tints[v as usize]), pair.weights);
+            let shown = full.color(dress.materials[corners[0] as usize], uv, tint);
+            let off = sub(shown, full.color_in(pair.full_triangle, pair.full_weights));
+            f64::from(pair.share * dot(off, off) / 3.0)
+        };
+        let (seen, _) = self.probes.pair(full, &self.shape, &self.matrices, true);
+        seen.iter().map(off).sum::<f64>() / 2.0
+    }
+
+    /// Finds the triangles that would be repainted as things are, so that rims are drawn to what will be seen.
+    fn repaint_patches(&mut self) {
+        if !self.patches.can_repaint() {
+            return;
+        }
+        let mut level = self.level.clone();
+        self.shape.write(&mut level);
+        let pairs = self.probes.pair_seen(self.full, &self.shape, &self.matrices);
+        let looks = repaint::find_looks(self.full, self.order, &pairs, &level);
+        self.patches = Patches::new(self.full, self.shape.triangles.len());
+        self.patches.repaint(self.full, &looks);
     }
 
     /// Rounds of pairing and moving, as long as that makes the objective less.
     fn move_places(&mut self, rounds: u32) {
         let Self { full, probes, matrices, .. } = self;
-        let rims = Rims::new(full, &self.shape);
+        let rims = Rims::new(full, &self.shape, &self.patches, self.plain_factor);
         let mut rim_pairs = rims.pair(&self.shape);
         let (mut pairs, _) = probes.pair(full, &self.shape, matrices, false);
         for _ in 0..rounds {

@@ -427,3 +427,17 @@ fn check_no_flip(
         );
     }
 }
+
+/// Materials are gray steps and nothing else.
+#[derive(Debug)]
+pub(crate) struct PlainGrays;
+
+impl crate::ShownColors for PlainGrays {
+    fn color(&self, material: u16, _: [f32; 2], _: [f32; 3]) -> [f32; 3] {
+        [f32::from(material) * 0.5; 3]
+    }
+
+    fn differ_in_color_alone(&self, _: u16, _: u16) -> bool {
+        true
+    }
+}

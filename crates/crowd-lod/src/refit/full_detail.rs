@@ -3,6 +3,7 @@
 use super::charts::Charts;
 use super::pairs::{Pair, mix};
 use super::pulls::{FLAT_TILT_SHARE, TILT_SHARE, slide_shares};
+use super::repaint::Look;
 use crate::closest::{ClosestTriangles, NodeGroups};
 use crate::frames::draw_evenly;
 use crate::interpenetration::find_layers;
@@ -103,6 +104,12 @@ impl<'a> FullDetail<'a> {
         let material = self.materials[triangle as usize];
         let [a, b, c] = self.triangles[triangle as usize].map(|v| self.mesh.colors[v as usize]);
         a == b && b == c && self.mesh.appearance.textures.is_some_and(|t| t.differ_in_color_alone(material, material))
+    }
+
+    /// What a plain triangle shows; `None` for others.
+    pub fn plain_look(&self, triangle: u32) -> Option<Look> {
+        let first = self.triangles[triangle as usize][0];
+        self.is_plain(triangle).then(|| (self.materials[triangle as usize], self.mesh.colors[first as usize]))
     }
 
     /// Whether a triangle is shaded by its own normal.

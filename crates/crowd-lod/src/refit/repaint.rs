@@ -45,19 +45,7 @@ pub(crate) fn repaint(full: &FullDetail<'_>, order: &CollapseOrder, pairs: &[Pai
     if !full.knows_colors() {
         return;
     }
-    let mut of_triangle: Vec<Vec<u32>> = vec![Vec::new(); level.triangles.len()];
-    for (i, pair) in pairs.iter().enumerate() {
-        of_triangle[pair.triangle as usize].push(i as u32);
-    }
-    let plain = plain_coats(full, order);
-    let chosen: Vec<Option<Coat>> = of_triangle
-        .par_iter()
-        .enumerate()
-        .map(|(t, seen)| {
-            let seen: Vec<&Pair> = seen.iter().map(|&i| &pairs[i as usize]).collect();
-            if seen.len() < LEAST_PAIRS { None } else { choose(full, order, level, t, &seen, &plain) }
-        })
-        .collect();
+    let chosen = choose_all(full, order, pairs, level, false);
     if chosen.iter().all(Option::is_none) {
         return;
     }
@@ -83,8 +71,46 @@ pub(crate) fn repaint(full: &FullDetail<'_>, order: &CollapseOrder, pairs: &[Pai
     drop_unused(level);
 }
 
+/// The triangles of the level that get another plain look, and which.
+pub(crate) fn find_looks(
+    full: &FullDetail<'_>,
+    order: &CollapseOrder,
+    pairs: &[Pair],
+    level: &LevelMesh,
+) -> Vec<(usize, Look)> {
+    let look = |coat: &Coat| {
+        let source = order.attribute_source[coat.dress as usize];
+        (coat.material, full.mesh.colors[source as usize])
+    };
+    let chosen = choose_all(full, order, pairs, level, true);
+    chosen.iter().enumerate().filter_map(|(t, coat)| Some((t, look(coat.as_ref()?)))).collect()
+}
+
+/// For each triangle of the level the coat that it gets. `plain_alone`: none for triangles with a texture.
+fn choose_all(
+    full: &FullDetail<'_>,
+    order: &CollapseOrder,
+    pairs: &[Pair],
+    level: &LevelMesh,
+    plain_alone: bool,
+) -> Vec<Option<Coat>> {
+    let mut of_triangle: Vec<Vec<u32>> = vec![Vec::new(); level.triangles.len()];
+    for (i, pair) in pairs.iter().enumerate() {
+        of_triangle[pair.triangle as usize].push(i as u32);
+    }
+    let plain = plain_coats(full, order);
+    let chosen = |(t, seen): (usize, &Vec<u32>)| {
+        if seen.len() < LEAST_PAIRS || (plain_alone && !full.is_plain(t as u32)) {
+            return None;
+        }
+        let seen: Vec<&Pair> = seen.iter().map(|&i| &pairs[i as usize]).collect();
+        choose(full, order, level, t, &seen, &plain)
+    };
+    of_triangle.par_iter().enumerate().map(chosen).collect()
+}
+
 /// What a plain triangle shows: material and tint.
-type Look = (u16, [u8; 4]);
+pub(crate) type Look = (u16, [u8; 4]);
 
 /// The plain looks of full detail that pairs lie on, those with the largest share first.
 fn looks_seen(full: &FullDetail<'_>, seen: &[&Pair]) -> Vec<Look> {
