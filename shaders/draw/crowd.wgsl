@@ -20,12 +20,17 @@
 // Palettes were blended beforehand.
 override HAS_PALETTES: bool = false;
 
-fn joint_matrix(drawn: DrawnInstance, joint: u32) -> mat3x4f {
+fn joint_matrix(drawn: DrawnInstance, pose: Pose, joint: u32) -> mat3x4f {
     if HAS_PALETTES {
         let row = drawn.palette_row + joint * 3u;
         return mat3x4f(palettes[row], palettes[row + 1u], palettes[row + 2u]);
     }
-    return blended_joint(drawn, joint);
+    return posed_joint(pose, joint, drawn.storage);
+}
+
+// Palettes have both clips in them.
+fn left_share(drawn: DrawnInstance) -> f32 {
+    return select(drawn.leaving_share, 0.0, HAS_PALETTES);
 }
 
 struct Surface {

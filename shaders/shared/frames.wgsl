@@ -1,4 +1,4 @@
-// Frames of clips. Needs `animation`, the texture of stored joints: texels of 16 bytes.
+// Frames of clips. Needs pose.wgsl and `animation`, the texture of stored joints: texels of 16 bytes.
 
 // Texels of the animation texture: row-major in layers, addressed by one number.
 const ANIMATION_WIDTH: u32 = 4096u;
@@ -85,25 +85,26 @@ fn joint_between(first_texel: u32, second_texel: u32, blend: f32, joint: u32, st
     return a + (b - a) * blend;
 }
 
+// The rows of a joint's matrix at that time.
+fn posed_joint(pose: Pose, joint: u32, storage: u32) -> mat3x4f {
+    return joint_between(pose.first_texel, pose.second_texel, pose.blend, joint, storage);
+}
+
 // The same of an instance, between the clip it plays and the one it leaves. One turn, two where it fades: adapters that work on groups of
-// vertices pay for what an `if` or a second loop holds even where nobody of a group goes in, but not for a turn that nobody takes.
+// lanes pay for what an `if` or a second loop holds even where nobody of a group goes in, but not for a turn that nobody takes.
 fn blended_joint(drawn: DrawnInstance, joint: u32) -> mat3x4f {
-    var first = drawn.first_texel;
-    var second = drawn.second_texel;
-    var blend = drawn.blend;
+    var pose = played_pose(drawn);
     // All of the clip it plays, then the other one's share.
     var share = 1.0;
     var is_last = !(drawn.leaving_share > 0.0);
     var rows = mat3x4f(vec4f(0.0), vec4f(0.0), vec4f(0.0));
     loop {
-        rows += (joint_between(first, second, blend, joint, drawn.storage) - rows) * share;
+        rows += (posed_joint(pose, joint, drawn.storage) - rows) * share;
         if is_last {
             break;
         }
         is_last = true;
-        first = drawn.leaving_first_texel;
-        second = drawn.leaving_second_texel;
-        blend = drawn.leaving_blend;
+        pose = left_pose(drawn);
         share = drawn.leaving_share;
     }
     return rows;

@@ -11,9 +11,14 @@
 // Where poses are shared: the entry of each leader; else anything.
 @group(0) @binding(7) var<storage, read> leaders: array<u32>;
 
-fn joint_matrix(one: DrawnInstance, joint: u32) -> mat3x4f {
+fn joint_matrix(one: DrawnInstance, pose: Pose, joint: u32) -> mat3x4f {
     let row = one.palette_row + joint * 3u;
     return mat3x4f(palettes[row], palettes[row + 1u], palettes[row + 2u]);
+}
+
+// Palettes have both clips in them.
+fn left_share(one: DrawnInstance) -> f32 {
+    return 0.0;
 }
 
 // The bucket whose part holds that vertex: the last that begins at or before it. Those without room begin after all.

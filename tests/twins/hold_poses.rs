@@ -1,7 +1,7 @@
 //! `hold_poses` on the GPU against its twin, and what it promises: poses late by no more than they may be.
 
 use crate::cases::{Case, case, cases, data};
-use crate::whole_chain::{OPTIONS, compare, draw};
+use crate::whole_chain::{OPTIONS, compare, draw, is_rounding};
 use crowd_stages::gpu::{CrowdRenderer, HoldPoses};
 use crowd_stages::{CrowdData, DrawOptions, FrameConfig, InstanceRecord, LodChoice, Skinning, Technique, Weight, cpu};
 use crowd_tests::gpu::{self, Picture};
@@ -148,7 +148,7 @@ fn held_poses_are_drawn_and_switched_off_leave_no_trace() {
     let on = picture_of(&mut renderer, &config, true, Skinning::Vertex);
     assert!(compare(&on, &off).share_over(8) > 0.005, "far ones are late");
     for skinning in [Skinning::Palettes, Skinning::Compute] {
-        assert_eq!(compare(&picture_of(&mut renderer, &config, true, skinning), &on).max, 0);
+        assert!(is_rounding(&compare(&picture_of(&mut renderer, &config, true, skinning), &on)), "{skinning:?}");
     }
     let mut still = crate::whole_chain::renderer(OPTIONS, &instances);
     let expected = picture_of(&mut still, &case.config, false, Skinning::Vertex);

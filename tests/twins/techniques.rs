@@ -1,7 +1,7 @@
 //! Techniques against each other: the same triangles must give the same picture.
 
 use crate::cases::{buckets, case, data, first_difference};
-use crate::whole_chain::{OPTIONS, close_up, compare, draw, renderer};
+use crate::whole_chain::{OPTIONS, close_up, compare, draw, one_clip_each, renderer};
 use crowd_stages::{
     CullRecord, DrawOptions, FillState, Fit, FrameConfig, InstanceRecord, Levels, LodChoice, MorphRecord, Skinning,
     Technique, View, Weight, cpu,
@@ -56,10 +56,6 @@ fn bucketed_draws_what_reformation_of_the_same_levels_draws() {
             }
         }
     }
-}
-
-fn one_clip_each(fading: &[InstanceRecord]) -> Vec<InstanceRecord> {
-    fading.iter().map(|one| InstanceRecord { leaving_share: 0.0, ..*one }).collect()
 }
 
 #[test]
@@ -255,14 +251,15 @@ fn a_frozen_frame_has_the_levels_of_the_one_before_and_its_own_camera() {
     let mut renderer = renderer(OPTIONS, &instances);
     let picture = Picture::new((640, 360));
     for technique in [Technique::Discrete, Technique::Reform, Technique::Bucketed] {
-        let frozen = DrawOptions { frozen: true, ..technique.into() };
-        draw(&mut renderer, &picture, &near, technique);
+        let thawed = DrawOptions { skinning: Skinning::Vertex, ..technique.into() };
+        let frozen = DrawOptions { frozen: true, ..thawed };
+        draw(&mut renderer, &picture, &near, thawed);
         let of_near = picture.pixels();
         draw(&mut renderer, &picture, &far, frozen);
         let (of_far_frozen, totals) = (picture.pixels(), draw(&mut renderer, &picture, &near, frozen));
         assert_eq!(compare(&picture.pixels(), &of_near).max, 0, "{technique}: back at its camera nothing has changed");
         assert!(totals.vertex_count > 0);
-        draw(&mut renderer, &picture, &far, technique);
+        draw(&mut renderer, &picture, &far, thawed);
         let own = picture.pixels();
         assert!(compare(&of_far_frozen, &own).max > 0, "{technique}: other levels are another picture");
         assert!(compare(&of_far_frozen, &own).rms < compare(&of_near, &own).rms, "{technique}: of this camera");
@@ -270,7 +267,7 @@ fn a_frozen_frame_has_the_levels_of_the_one_before_and_its_own_camera() {
         renderer.set_instances(&gpu::device().1, &instances[..30]).expect("they fit");
         draw(&mut renderer, &picture, &near, frozen);
         let first_frozen = picture.pixels();
-        draw(&mut renderer, &picture, &near, technique);
+        draw(&mut renderer, &picture, &near, thawed);
         assert_eq!(compare(&picture.pixels(), &first_frozen).max, 0, "{technique}: a first frame is like any other");
         renderer.set_instances(&gpu::device().1, &instances).expect("they fit");
     }

@@ -1,16 +1,13 @@
 //! What index tables make possible: one bucket for each quantised level of each character, all drawn from two index buffers.
 
-use crate::cpu::surviving;
 use crate::dispatch::{
     DOT_LEVELS, DOT_VERTICES, ERROR_ENTRIES, ERROR_FIRST_BITS, ERROR_SHIFT, IMPOSTOR_TRIANGLES, IMPOSTOR_VERTICES,
 };
 use crate::dots::{DOT_COUNTS, dots_are_coarser};
 use crate::impostors::fade_level;
 use crate::points::{MOST_POINTS, POINT_COUNTS};
-use crate::{
-    BucketCounts, BucketRecord, BucketSet, CrowdData, DiscreteConfig, Error, OriginRecord, PointRecord, Result,
-};
-use crowd_pack::{CharacterRecord, LevelRecord, LodRecord, VertexRecord};
+use crate::{BucketCounts, BucketRecord, BucketSet, CrowdData, DiscreteConfig, Error, PointRecord, Result};
+use crowd_pack::{CharacterRecord, LevelRecord, LodRecord};
 use glam::Vec3;
 
 /// Buckets of a crowd's characters: first all with 16-bit indices, character after character from coarse to fine, then those
@@ -298,27 +295,6 @@ impl Buckets {
             }
         }
         lods
-    }
-
-    /// Of each vertex of the data: where it comes from when the coarsest quantised level that has it comes.
-    ///
-    /// No vertex is new in more than one level, so this is all that a morph needs to know.
-    pub fn origins(&self, data: &CrowdData) -> Vec<OriginRecord> {
-        let mut origins = vec![OriginRecord::default(); data.vertices.len()];
-        for (number, character) in data.characters.iter().enumerate() {
-            let range = character.vertex_offset as usize..(character.vertex_offset + character.vertex_count) as usize;
-            let (vertices, collapse_map) = (&data.vertices[range.clone()], &data.collapse_map[range.clone()]);
-            let counts: Vec<u32> = (0..self.sets[number].level_count)
-                .map(|level| self.records[self.at(number as u32, level) as usize].vertex_count)
-                .collect();
-            for (v, origin) in (0..).zip(&mut origins[range]) {
-                let coarser = counts.partition_point(|count| *count <= v).checked_sub(1).map(|level| counts[level]);
-                let from = coarser.map_or(v, |count| surviving(collapse_map, v, count));
-                let VertexRecord { position, normal_oct, uv, color, joints, weights, .. } = vertices[from as usize];
-                *origin = OriginRecord { position, normal_oct, uv, color, vertex: v, joints, weights };
-            }
-        }
-        origins
     }
 
     /// LOD tables like those of the data, of quantised levels and dots: entry k is the finest of at most k vertices, or one dot.

@@ -81,6 +81,7 @@ mod dots;
 pub mod gpu;
 mod impostors;
 mod layers;
+mod origins;
 mod points;
 mod records;
 mod surface_colors;

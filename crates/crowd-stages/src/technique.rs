@@ -129,7 +129,7 @@ pub enum Fit {
 /// Where [`Technique::Bucketed`] works out its vertices. The picture is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Skinning {
-    /// Whichever takes this adapter the least time, measured over the first frames.
+    /// Whichever takes this adapter the least time, measured over the first frames; one of those with palettes where somebody may fade.
     #[default]
     Auto,
     /// In the vertex shader, from two frames of the clip.

@@ -3,8 +3,8 @@
 use super::gather_drawn::drawn_instance;
 use super::reform_triangles::surviving;
 use super::{reform_level, turn, world_from_local};
-use crate::{CrowdData, InstanceRecord, LodChoice, MorphRecord};
-use crowd_pack::{ClipRecord, decode_normal};
+use crate::{CrowdData, DrawnInstance, InstanceRecord, LodChoice, MorphRecord};
+use crowd_pack::{ClipRecord, VertexRecord, decode_normal};
 use glam::{Vec2, Vec3, Vec4};
 
 /// An instance posed on the CPU at its level: what the vertex shader computes, vertex by vertex.
@@ -60,7 +60,8 @@ pub fn pose_between(
     time_s: f32,
 ) -> PosedInstance {
     let character = &data.characters[instance.character as usize];
-    let palette = blend_palette(data, instance, time_s);
+    let clips = clip_palettes(data, instance, time_s);
+    let matrix = |vertex: &VertexRecord| sum_of_clips(&clips, vertex.joints, vertex.weights);
     let first = character.vertex_offset as usize;
     let vertices = &data.vertices[first..first + choice.vertex_count as usize];
     let mut posed = PosedInstance {
@@ -72,12 +73,12 @@ pub fn pose_between(
     };
     let collapse_map = &data.collapse_map[first..first + vertices.len()];
     for (v, vertex) in vertices.iter().enumerate() {
-        let mut rows = skin_matrix(&palette, vertex.joints, vertex.weights);
+        let mut rows = matrix(vertex);
         let mut position = Vec3::from_array(vertex.position);
         let mut normal = Vec3::from_array(decode_normal(vertex.normal_oct));
         if v as u32 >= morph.coarser_vertex_count && morph.fraction < 1.0 {
             let origin = &vertices[surviving(collapse_map, v as u32, morph.coarser_vertex_count) as usize];
-            let from = skin_matrix(&palette, origin.joints, origin.weights);
+            let from = matrix(origin);
             rows = [0, 1, 2].map(|r| from[r].lerp(rows[r], morph.fraction));
             position = Vec3::from_array(origin.position).lerp(position, morph.fraction);
             normal = Vec3::from_array(decode_normal(origin.normal_oct)).lerp(normal, morph.fraction);
@@ -113,7 +114,34 @@ pub fn frame_pair(clip: &ClipRecord, phase_s: f32, time_s: f32) -> FramePair {
 /// Three rows a joint, blended between the instance's two frames, and with those of the clip that it leaves.
 pub(super) fn blend_palette(data: &CrowdData, instance: &InstanceRecord, time_s: f32) -> Vec<Vec4> {
     let drawn = drawn_instance(data, instance, MorphRecord::default(), time_s);
-    (0..drawn.row_count / 3).flat_map(|joint| data.blended_joint(&drawn, joint)).collect()
+    palette(data, &drawn)
+}
+
+fn palette(data: &CrowdData, drawn: &DrawnInstance) -> Vec<Vec4> {
+    (0..drawn.row_count / 3).flat_map(|joint| data.blended_joint(drawn, joint)).collect()
+}
+
+/// The palettes of the clip that an instance plays and, where it fades, of the one that it leaves, each with its share.
+fn clip_palettes(data: &CrowdData, instance: &InstanceRecord, time_s: f32) -> Vec<(f32, Vec<Vec4>)> {
+    let drawn = drawn_instance(data, instance, MorphRecord::default(), time_s);
+    let played = DrawnInstance { leaving_share: 0.0, ..drawn };
+    let left = DrawnInstance {
+        first_texel: drawn.leaving_first_texel,
+        second_texel: drawn.leaving_second_texel,
+        blend: drawn.leaving_blend,
+        ..played
+    };
+    let shares = [(1.0 - drawn.leaving_share, played), (drawn.leaving_share, left)];
+    let clips = shares.into_iter().take(if drawn.leaving_share > 0.0 { 2 } else { 1 });
+    clips.map(|(share, one)| (share, palette(data, &one))).collect()
+}
+
+/// Rows of the weighted sum of a vertex's joints in each clip, mixed: the order in which the vertex shader adds. Palettes mix each joint first.
+fn sum_of_clips(clips: &[(f32, Vec<Vec4>)], joints: [u32; 2], weights: [u32; 2]) -> [Vec4; 3] {
+    clips.iter().fold([Vec4::ZERO; 3], |sum, (share, palette)| {
+        let rows = skin_matrix(palette, joints, weights);
+        [0, 1, 2].map(|r| sum[r] + rows[r] * *share)
+    })
 }
 
 /// Rows of the weighted sum of a vertex's joints.
@@ -135,7 +163,7 @@ pub(super) fn skin_matrix(palette: &[Vec4], joints: [u32; 2], weights: [u32; 2])
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crowd_pack::{CharacterRecord, VertexRecord, encode_normal};
+    use crowd_pack::{CharacterRecord, encode_normal};
 
     fn clip(frame_count: u32, duration_s: f32) -> ClipRecord {
         ClipRecord { frame_count, duration_s, ..Default::default() }

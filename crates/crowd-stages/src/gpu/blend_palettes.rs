@@ -11,7 +11,10 @@ impl BlendPalettes {
     /// The stage's WGSL as it is compiled.
     pub fn source() -> String {
         stage_source(
-            &[include_str!("../../../../shaders/shared/frames.wgsl")],
+            &[
+                include_str!("../../../../shaders/shared/pose.wgsl"),
+                include_str!("../../../../shaders/shared/frames.wgsl"),
+            ],
             include_str!("../../../../shaders/stages/blend_palettes.wgsl"),
         )
     }

@@ -12,6 +12,7 @@ pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 const RECORDS: &str = include_str!("../../../../shaders/shared/records.wgsl");
 const PLACE: &str = include_str!("../../../../shaders/shared/place.wgsl");
+const POSE: &str = include_str!("../../../../shaders/shared/pose.wgsl");
 const FRAMES: &str = include_str!("../../../../shaders/shared/frames.wgsl");
 const SKIN: &str = include_str!("../../../../shaders/shared/skin.wgsl");
 const LIGHT: &str = include_str!("../../../../shaders/shared/light.wgsl");
@@ -29,7 +30,7 @@ pub fn backdrop_source() -> String {
 
 /// The WGSL of the crowd's draw as it is compiled.
 pub fn crowd_source() -> String {
-    [RECORDS, PLACE, FRAMES, SKIN, LIGHT, SHADOW, CROWD, DOTS, POINTS, IMPOSTORS].concat()
+    [RECORDS, PLACE, POSE, FRAMES, SKIN, LIGHT, SHADOW, CROWD, DOTS, POINTS, IMPOSTORS].concat()
 }
 
 /// What every technique draws with: targets, backdrop, the crowd's shader and its layout.

@@ -270,6 +270,7 @@ impl CrowdRenderer {
         check_instances(&self.characters, instances)?;
         queue.write_buffer(&self.frame.instances, 0, bytemuck::cast_slice(instances));
         self.bounds = CrowdBounds::default();
+        self.trial.note_fades(instances.iter().any(|instance| instance.leaving_share > 0.0));
         for instance in instances {
             let [x, y, z, radius] = self.characters[instance.character as usize].sphere;
             let reach = (glam::Vec3::new(x, y, z).length() + radius) * instance.scale.abs();
@@ -331,6 +332,7 @@ impl CrowdRenderer {
         let mut up = Uploader { device, queue, bytes: 0 };
         let motion = Motion::new(&mut up, &self.crowd, &self.frame, self.options.max_instances, plan)?;
         self.memory.motion = motion.bytes;
+        self.trial.note_fades(true);
         self.motion = Some(motion);
         Ok(())
     }

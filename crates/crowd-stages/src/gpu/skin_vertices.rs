@@ -11,7 +11,10 @@ impl SkinVertices {
     /// The stage's WGSL as it is compiled.
     pub fn source() -> String {
         stage_source(
-            &[include_str!("../../../../shaders/shared/skin.wgsl")],
+            &[
+                include_str!("../../../../shaders/shared/pose.wgsl"),
+                include_str!("../../../../shaders/shared/skin.wgsl"),
+            ],
             include_str!("../../../../shaders/stages/skin_vertices.wgsl"),
         )
     }

@@ -16,7 +16,7 @@ pub struct SkinningChoice {
     pub way: Skinning,
     /// Whether it stays: asked for, refused or measured to its end.
     pub is_settled: bool,
-    /// GPU milliseconds a frame, medians of [`Skinning::WAYS`], once measured.
+    /// GPU milliseconds a frame, medians of [`Skinning::WAYS`], once all of them are measured.
     pub measured_ms: Option<[f32; 3]>,
     /// Why it is not what was asked for.
     pub refused: Option<String>,
@@ -36,6 +36,8 @@ pub(crate) struct SkinningTrial {
     sharing_refused: Option<String>,
     newest: Option<Skinning>,
     end_is_known: bool,
+    /// Somebody may fade, or did once.
+    fades: bool,
 }
 
 impl SkinningTrial {
@@ -44,11 +46,23 @@ impl SkinningTrial {
         match asked {
             _ if self.refused.is_some() => Skinning::Vertex,
             Skinning::Auto => match self.outcome {
-                Some((way, _)) => way,
-                None => Skinning::WAYS[self.frames as usize % Skinning::WAYS.len()],
+                Some((way, _)) if self.tried().contains(&way) => way,
+                Some(_) => self.tried()[0],
+                None => self.tried()[self.frames as usize % self.tried().len()],
             },
             way => way,
         }
+    }
+
+    /// Takes note that somebody may fade. The vertex shader adds up a fade's numbers in another order than those who have palettes, so that it is
+    /// tried no more: pictures must not depend on what was measured.
+    pub(crate) fn note_fades(&mut self, fades: bool) {
+        self.fades |= fades;
+    }
+
+    /// The ways to choose from, which all give one picture.
+    fn tried(&self) -> &'static [Skinning] {
+        if self.fades { &Skinning::WAYS[1..] } else { &Skinning::WAYS }
     }
 
     /// What a way needs does not fit: the vertex shader does it from now on.
@@ -75,7 +89,7 @@ impl SkinningTrial {
         self.frames += 1;
         self.awaited.push((number, way));
         if !can_measure || self.frames > MOST_FRAMES {
-            self.outcome = Some((Skinning::Vertex, None));
+            self.outcome = Some((self.tried()[0], None));
         }
     }
 
@@ -87,9 +101,11 @@ impl SkinningTrial {
         self.awaited.drain(..=place);
         let Some(index) = Skinning::WAYS.iter().position(|w| *w == way) else { return };
         self.times_ms[index].push(ms);
-        if self.outcome.is_none() && self.times_ms.iter().all(|times| times.len() > ROUNDS) {
-            let medians = [0, 1, 2].map(|w| median(&self.times_ms[w][1..]));
-            self.outcome = Some((fastest(medians), Some(medians)));
+        let first = Skinning::WAYS.len() - self.tried().len();
+        if self.outcome.is_none() && self.times_ms[first..].iter().all(|times| times.len() > ROUNDS) {
+            let medians = [0, 1, 2].map(|w| median(self.times_ms[w].get(1..).unwrap_or_default()));
+            let way = Skinning::WAYS[first + fastest(&medians[first..])];
+            self.outcome = Some((way, (first == 0).then_some(medians)));
         }
     }
 
@@ -111,12 +127,12 @@ impl SkinningTrial {
     }
 }
 
-/// The vertex shader unless another is worth its memory.
-fn fastest(medians: [f32; 3]) -> Skinning {
-    let mut best = (Skinning::Vertex, medians[0] * WORTH);
-    for (way, ms) in Skinning::WAYS.into_iter().zip(medians).skip(1) {
-        if ms < best.1 {
-            best = (way, ms);
+/// The number of the least, the first unless another is worth its memory.
+fn fastest(medians: &[f32]) -> usize {
+    let mut best = (0, medians[0] * WORTH);
+    for (number, ms) in medians.iter().enumerate().skip(1) {
+        if *ms < best.1 {
+            best = (number, *ms);
         }
     }
     best.0
@@ -154,6 +170,32 @@ mod tests {
         assert_eq!(way([3.0, 2.99, 2.98]).way, Skinning::Vertex);
         assert_eq!(way([1.0, 2.0, 3.0]).measured_ms, Some([1.0, 2.0, 3.0]));
         assert!(way([1.0, 2.0, 3.0]).is_settled);
+    }
+
+    #[test]
+    fn where_somebody_may_fade_the_vertex_shader_is_not_tried() {
+        let mut trial = SkinningTrial::default();
+        trial.note_fades(true);
+        for number in 0..20 {
+            let way = trial.way(Skinning::Auto);
+            assert_ne!(way, Skinning::Vertex);
+            trial.drawn(number, Skinning::Auto, way, true);
+            trial.took(number, if way == Skinning::Compute { 1.0 } else { 2.0 });
+        }
+        let choice = trial.choice(Skinning::Auto);
+        assert_eq!((choice.way, choice.is_settled, choice.measured_ms), (Skinning::Compute, true, None));
+        assert_eq!(trial.way(Skinning::Vertex), Skinning::Vertex, "whoever asks for it has it");
+        // Settled before anybody faded.
+        let mut trial = tried([1.0, 2.0, 3.0]);
+        assert_eq!(trial.way(Skinning::Auto), Skinning::Vertex);
+        trial.note_fades(true);
+        trial.note_fades(false);
+        assert_eq!(trial.way(Skinning::Auto), Skinning::Palettes);
+        // Without times.
+        let mut trial = SkinningTrial::default();
+        trial.note_fades(true);
+        trial.drawn(0, Skinning::Auto, Skinning::Palettes, false);
+        assert_eq!(trial.way(Skinning::Auto), Skinning::Palettes);
     }
 
     #[test]

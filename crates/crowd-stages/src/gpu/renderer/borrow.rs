@@ -37,6 +37,7 @@ impl CrowdRenderer {
         self.end_motion();
         self.memory.feed = bound.bytes;
         self.feed = Some(bound);
+        self.trial.note_fades(true);
         self.bounds = feed.bounds;
         self.note_instances(most, feed.characters.to_vec());
         Ok(())
