@@ -7,9 +7,13 @@ const ANIMATION_HEIGHT: u32 = 64u;
 // Storages that characters have, a bit each: what nobody has is not compiled.
 override JOINT_STORAGES: u32 = 7u;
 
+// Software adapters have the texture as a storage texture: `with_stored_frames` in crowd-stages/src/gpu/kernel.rs changes the last line.
 fn animation_texel(texel: u32) -> vec4u {
-    let y = texel / ANIMATION_WIDTH;
-    return textureLoad(animation, vec2u(texel % ANIMATION_WIDTH, y % ANIMATION_HEIGHT), y / ANIMATION_HEIGHT, 0);
+    let row = texel / ANIMATION_WIDTH;
+    let x = texel % ANIMATION_WIDTH;
+    let y = row % ANIMATION_HEIGHT;
+    let layer = row / ANIMATION_HEIGHT;
+    return textureLoad(animation, vec2u(x, y), layer, 0);
 }
 
 fn f32_joint(first_texel: u32, joint: u32) -> mat3x4f {

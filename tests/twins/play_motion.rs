@@ -1,7 +1,7 @@
 //! `play_motion` on the GPU against its twin: the same clips, where they are within a bound; and refusals.
 
 use crate::cases::{Case, case, cases, data};
-use crate::whole_chain::{OPTIONS, compare, draw, renderer};
+use crate::whole_chain::{OPTIONS, compare, draw, is_rounding, renderer};
 use crowd_pack::NONE;
 use crowd_stages::gpu::{MotionPlan, PlayMotion};
 use crowd_stages::{
@@ -164,7 +164,7 @@ fn a_crowd_that_goes_by_schedules_is_drawn_as_the_twin_has_it() {
         let pixels = picture.pixels();
         let apart = compare(&pixels, &expected).share_over(8);
         assert!(apart < 1e-3, "{skinning:?}: {apart} of the pixels");
-        assert_eq!(compare(&pixels, of_vertex_shader.get_or_insert(pixels.clone())).max, 0, "{skinning:?}");
+        assert!(is_rounding(&compare(&pixels, of_vertex_shader.get_or_insert(pixels.clone()))), "{skinning:?}");
     }
 }
 

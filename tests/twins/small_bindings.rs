@@ -1,7 +1,7 @@
 //! A device whose shaders may bind little at a time: buffers are written in parts, or another way is taken, and the picture is the same.
 
 use crate::cases::data;
-use crate::whole_chain::{OPTIONS, close_up};
+use crate::whole_chain::{OPTIONS, close_up, one_clip_each};
 use crowd_stages::gpu::{CrowdRenderer, RendererOptions, wanted_features, wanted_limits};
 use crowd_stages::{DrawOptions, FrameConfig, FrameTotals, Skinning, Technique, overflow};
 use crowd_tests::gpu;
@@ -37,7 +37,8 @@ fn frames(
     let config = FrameConfig { budget: 15_000, ..config };
     let options = RendererOptions { max_instances: 60, max_vertices: 16_000, max_triangles: 40_000, ..OPTIONS };
     let mut renderer = CrowdRenderer::new(device, queue, data(), options).expect("a small crowd");
-    renderer.set_instances(queue, &instances).expect("valid");
+    // What does not fit is worked out in another way, which would be seen of those who fade.
+    renderer.set_instances(queue, &one_clip_each(&instances)).expect("valid");
     let extent = wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 };
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: None,

@@ -222,10 +222,11 @@ pub struct Args {
     #[arg(long, help_heading = "Level of detail")]
     pub no_morph: bool,
 
-    /// Where vertices of people are worked out (bucketed alone; the picture is the same): by the vertex shader from two frames of
-    /// the clip, by the vertex shader from palettes blended beforehand, by a compute stage (each vertex once, however many passes
-    /// draw it), or auto: the first frames try all three and keep the one that takes this adapter the least time. Where the
-    /// buffers do not fit, the vertex shader does it and the report says so
+    /// Where vertices of people are worked out (bucketed alone; the picture is the same, of those who fade but for rounding): by the
+    /// vertex shader from two frames of the clip, by the vertex shader from palettes blended beforehand, by a compute stage (each
+    /// vertex once, however many passes draw it), or auto: the first frames try all three, where somebody may fade the latter two,
+    /// and keep the one that takes this adapter the least time. Where the buffers do not fit, the vertex shader does it and the
+    /// report says so
     #[arg(long, value_enum, default_value_t = SkinningWord::Auto, value_name = "WAY", help_heading = "Level of detail")]
     pub skinning: SkinningWord,
 

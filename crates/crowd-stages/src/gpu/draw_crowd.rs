@@ -1,7 +1,7 @@
 //! The draw: sky and ground, then the crowd, into a colour view with the renderer's own depth.
 
 use super::allocate::texture_or_error;
-use super::kernel::{Use, buffer_entry};
+use super::kernel::{Use, buffer_entry, fetches_from_storage, with_stored_frames};
 use super::lit::{Lit, has_shadows};
 use super::shadows::light_layout;
 use super::stage_recorder::DrawStamps;
@@ -31,6 +31,11 @@ pub fn backdrop_source() -> String {
 /// The WGSL of the crowd's draw as it is compiled.
 pub fn crowd_source() -> String {
     [RECORDS, PLACE, POSE, FRAMES, SKIN, LIGHT, SHADOW, CROWD, DOTS, POINTS, IMPOSTORS].concat()
+}
+
+/// The same for software adapters, which fetch frames in another way.
+pub fn crowd_source_of_software() -> String {
+    with_stored_frames(&crowd_source())
 }
 
 /// What every technique draws with: targets, backdrop, the crowd's shader and its layout.
@@ -80,7 +85,10 @@ impl DrawCrowd {
             device: device.clone(),
             backdrop: lit_backdrop(&shape, [layouts.backdrop.clone(), layouts.light.clone()]),
             backdrop_bound: bind_backdrop(device, &layouts.backdrop, frame),
-            crowd_module: shape.module("crowd", crowd_source()),
+            crowd_module: shape.module(
+                "crowd",
+                if fetches_from_storage(device) { crowd_source_of_software() } else { crowd_source() },
+            ),
             layouts,
             joint_storages: joint_storages.into(),
             color_format,
@@ -341,6 +349,7 @@ impl Layouts {
             },
             count: None,
         };
+        let frames = if fetches_from_storage(device) { Use::StoredFrames } else { Use::Frames };
         let layout = |label, entries: &[_]| {
             device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
         };
@@ -362,7 +371,7 @@ impl Layouts {
                     buffer_entry(6, vertex, Use::Read, None),
                     buffer_entry(7, vertex, Use::Read, None),
                     buffer_entry(8, fragment, Use::Read, None),
-                    buffer_entry(9, vertex, Use::Frames, None),
+                    buffer_entry(9, vertex, frames, None),
                     layers,
                     wgpu::BindGroupLayoutEntry {
                         binding: 11,

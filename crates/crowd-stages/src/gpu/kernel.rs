@@ -17,6 +17,26 @@ pub(crate) enum Use {
     Write,
     /// A texture of layers whose texels are only fetched.
     Frames,
+    /// The same as a storage texture, see [`fetches_from_storage`].
+    StoredFrames,
+}
+
+/// Whether frames are fetched from a storage texture: on software Vulkan that is code of a few loads within the shader, where a texture's fetch
+/// is a call for which everything is put aside, and which looks for each lane's mip level. Cards have hardware for the latter.
+pub(crate) fn fetches_from_storage(device: &wgpu::Device) -> bool {
+    let info = device.adapter_info();
+    info.device_type == wgpu::DeviceType::Cpu
+        && info.backend == wgpu::Backend::Vulkan
+        && device.limits().max_storage_textures_per_shader_stage > 0
+}
+
+/// The same WGSL with frames in a storage texture, which has no levels to name.
+pub(crate) fn with_stored_frames(source: &str) -> String {
+    let [declared, fetched] = ["var animation: texture_2d_array<u32>", "textureLoad(animation, vec2u(x, y), layer, 0)"];
+    assert!(source.contains(declared) && source.contains(fetched), "frames.wgsl fetches in other words");
+    source
+        .replace(declared, "var animation: texture_storage_2d_array<rgba32uint, read>")
+        .replace(fetched, "textureLoad(animation, vec2u(x, y), layer)")
 }
 
 /// The WGSL a stage is compiled from.
@@ -53,6 +73,14 @@ pub(crate) fn buffer_entry(
                 sample_type: wgpu::TextureSampleType::Uint,
                 view_dimension: wgpu::TextureViewDimension::D2Array,
                 multisampled: false,
+            };
+            return wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+        }
+        Use::StoredFrames => {
+            let ty = wgpu::BindingType::StorageTexture {
+                access: wgpu::StorageTextureAccess::ReadOnly,
+                format: wgpu::TextureFormat::Rgba32Uint,
+                view_dimension: wgpu::TextureViewDimension::D2Array,
             };
             return wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
         }

@@ -71,7 +71,7 @@ pub use build_pyramid::{BoundPyramid, BuildPyramid};
 pub use cell_boids::CellBoids;
 pub use cull_by_depth::CullByDepth;
 pub use cull_instances::CullInstances;
-pub use draw_crowd::{backdrop_source, crowd_source};
+pub use draw_crowd::{backdrop_source, crowd_source, crowd_source_of_software};
 pub use draw_marks::marks_source;
 pub use draw_scenery::scenery_source;
 pub use feed::InstanceFeed;

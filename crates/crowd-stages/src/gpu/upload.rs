@@ -3,6 +3,7 @@
 use super::FillBudget;
 use super::allocate::{buffer_or_error, texture_or_error};
 use super::impostor_textures::ImpostorTextures;
+use super::kernel::fetches_from_storage;
 use crate::dispatch::BLOCK_SIZE;
 use crate::{
     BucketCounts, BucketRecord, Buckets, CrowdData, CullRecord, DiscreteConfig, DrawConfig, Error, FillState,
@@ -109,6 +110,10 @@ impl Uploader<'_> {
             });
         }
         let bytes = u64::from(layer_count * height) * u64::from(ANIMATION_WIDTH) * 16;
+        let stored = match fetches_from_storage(self.device) {
+            true => wgpu::TextureUsages::STORAGE_BINDING,
+            false => wgpu::TextureUsages::empty(),
+        };
         let descriptor = wgpu::TextureDescriptor {
             label: Some("animation"),
             size: wgpu::Extent3d { width: ANIMATION_WIDTH, height, depth_or_array_layers: layer_count },
@@ -116,7 +121,7 @@ impl Uploader<'_> {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: wgpu::TextureFormat::Rgba32Uint,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | stored,
             view_formats: &[],
         };
         let fewer = "bake fewer clips or a lower --fps";
