@@ -376,9 +376,19 @@ fn structs_have_the_same_sizes_and_offsets() {
         assert_eq!(layout_difference(&module, &layout), None);
     }
     let structs = module.types.iter().filter(|(_, ty)| matches!(ty.inner, TypeInner::Struct { .. })).count();
-    let own =
-        ["FramePair", "Surface", "MeshVertex", "MeshOrigin", "Owner", "Moved", "Dot", "PointSurface", "ShadowPlace"]
-            .len();
+    let own = [
+        "FramePair",
+        "Surface",
+        "MeshVertex",
+        "MeshOrigin",
+        "Owner",
+        "Moved",
+        "Dot",
+        "PointSurface",
+        "ShadowPlace",
+        "Pose",
+    ]
+    .len();
     let of_impostors = ["ImpostorSurface", "FadingSurface", "Masked"].len();
     assert_eq!(structs - own - of_impostors, rust_layouts().len(), "each struct of records.wgsl has its Rust record");
 }
