@@ -14,9 +14,11 @@ const WORTH: f32 = 0.98;
 pub struct SkinningChoice {
     /// The way of the newest frame.
     pub way: Skinning,
-    /// Whether it stays: asked for, refused or measured to its end.
+    /// Whether it stays: asked for, refused, measured to its end, or all there is to choose where somebody may fade.
     pub is_settled: bool,
-    /// GPU milliseconds a frame, medians of [`Skinning::WAYS`], once all of them are measured.
+    /// Somebody may fade, so [`Skinning::Auto`] takes palettes and measures nothing.
+    pub fades: bool,
+    /// GPU milliseconds a frame, medians of [`Skinning::WAYS`], once measured.
     pub measured_ms: Option<[f32; 3]>,
     /// Why it is not what was asked for.
     pub refused: Option<String>,
@@ -45,24 +47,19 @@ impl SkinningTrial {
     pub(crate) fn way(&self, asked: Skinning) -> Skinning {
         match asked {
             _ if self.refused.is_some() => Skinning::Vertex,
+            Skinning::Auto if self.fades => Skinning::Palettes,
             Skinning::Auto => match self.outcome {
-                Some((way, _)) if self.tried().contains(&way) => way,
-                Some(_) => self.tried()[0],
-                None => self.tried()[self.frames as usize % self.tried().len()],
+                Some((way, _)) => way,
+                None => Skinning::WAYS[self.frames as usize % Skinning::WAYS.len()],
             },
             way => way,
         }
     }
 
-    /// Takes note that somebody may fade. The vertex shader adds up a fade's numbers in another order than those who have palettes, so that it is
-    /// tried no more: pictures must not depend on what was measured.
+    /// Takes note that somebody may fade. Ways add up a fade's numbers in two orders, in the picture or in shadow maps, and a picture must not depend on
+    /// what was measured: from now on it is palettes, which mix a joint's two clips once for all vertices on it.
     pub(crate) fn note_fades(&mut self, fades: bool) {
         self.fades |= fades;
-    }
-
-    /// The ways to choose from, which all give one picture.
-    fn tried(&self) -> &'static [Skinning] {
-        if self.fades { &Skinning::WAYS[1..] } else { &Skinning::WAYS }
     }
 
     /// What a way needs does not fit: the vertex shader does it from now on.
@@ -83,13 +80,13 @@ impl SkinningTrial {
     /// Frame `number` was recorded in that way. `can_measure`: its times will come back.
     pub(crate) fn drawn(&mut self, number: u64, asked: Skinning, way: Skinning, can_measure: bool) {
         self.newest = Some(way);
-        if asked != Skinning::Auto || self.outcome.is_some() {
+        if asked != Skinning::Auto || self.fades || self.outcome.is_some() {
             return;
         }
         self.frames += 1;
         self.awaited.push((number, way));
         if !can_measure || self.frames > MOST_FRAMES {
-            self.outcome = Some((self.tried()[0], None));
+            self.outcome = Some((Skinning::Vertex, None));
         }
     }
 
@@ -101,11 +98,9 @@ impl SkinningTrial {
         self.awaited.drain(..=place);
         let Some(index) = Skinning::WAYS.iter().position(|w| *w == way) else { return };
         self.times_ms[index].push(ms);
-        let first = Skinning::WAYS.len() - self.tried().len();
-        if self.outcome.is_none() && self.times_ms[first..].iter().all(|times| times.len() > ROUNDS) {
-            let medians = [0, 1, 2].map(|w| median(self.times_ms[w].get(1..).unwrap_or_default()));
-            let way = Skinning::WAYS[first + fastest(&medians[first..])];
-            self.outcome = Some((way, (first == 0).then_some(medians)));
+        if self.outcome.is_none() && self.times_ms.iter().all(|times| times.len() > ROUNDS) {
+            let medians = [0, 1, 2].map(|w| median(&self.times_ms[w][1..]));
+            self.outcome = Some((Skinning::WAYS[fastest(&medians)], Some(medians)));
         }
     }
 
@@ -119,8 +114,9 @@ impl SkinningTrial {
     pub(crate) fn choice(&self, asked: Skinning) -> SkinningChoice {
         SkinningChoice {
             way: self.newest.unwrap_or(self.way(asked)),
-            is_settled: asked != Skinning::Auto || self.refused.is_some() || self.outcome.is_some(),
-            measured_ms: self.outcome.and_then(|(_, ms)| ms),
+            is_settled: asked != Skinning::Auto || self.refused.is_some() || self.fades || self.outcome.is_some(),
+            fades: self.fades,
+            measured_ms: self.outcome.filter(|_| !self.fades).and_then(|(_, ms)| ms),
             refused: self.refused.clone(),
             sharing_refused: self.sharing_refused.clone(),
         }
@@ -173,29 +169,29 @@ mod tests {
     }
 
     #[test]
-    fn where_somebody_may_fade_the_vertex_shader_is_not_tried() {
+    fn where_somebody_may_fade_it_is_palettes_whatever_was_measured() {
         let mut trial = SkinningTrial::default();
         trial.note_fades(true);
         for number in 0..20 {
-            let way = trial.way(Skinning::Auto);
-            assert_ne!(way, Skinning::Vertex);
-            trial.drawn(number, Skinning::Auto, way, true);
-            trial.took(number, if way == Skinning::Compute { 1.0 } else { 2.0 });
+            assert_eq!(trial.way(Skinning::Auto), Skinning::Palettes);
+            trial.drawn(number, Skinning::Auto, Skinning::Palettes, number < 10);
+            trial.took(number, 1.0);
         }
         let choice = trial.choice(Skinning::Auto);
-        assert_eq!((choice.way, choice.is_settled, choice.measured_ms), (Skinning::Compute, true, None));
+        assert_eq!((choice.way, choice.is_settled, choice.measured_ms), (Skinning::Palettes, true, None));
         assert_eq!(trial.way(Skinning::Vertex), Skinning::Vertex, "whoever asks for it has it");
-        // Settled before anybody faded.
-        let mut trial = tried([1.0, 2.0, 3.0]);
-        assert_eq!(trial.way(Skinning::Auto), Skinning::Vertex);
-        trial.note_fades(true);
-        trial.note_fades(false);
-        assert_eq!(trial.way(Skinning::Auto), Skinning::Palettes);
-        // Without times.
+        // Settled before anybody faded, and under way.
+        for mut trial in [tried([1.0, 3.0, 2.0]), SkinningTrial::default()] {
+            assert_eq!(trial.way(Skinning::Auto), Skinning::Vertex);
+            trial.note_fades(true);
+            trial.note_fades(false);
+            assert_eq!(trial.way(Skinning::Auto), Skinning::Palettes);
+        }
+        // Where palettes do not fit.
         let mut trial = SkinningTrial::default();
         trial.note_fades(true);
-        trial.drawn(0, Skinning::Auto, Skinning::Palettes, false);
-        assert_eq!(trial.way(Skinning::Auto), Skinning::Palettes);
+        trial.refuse(&Error::NoFloor);
+        assert_eq!(trial.way(Skinning::Auto), Skinning::Vertex);
     }
 
     #[test]
