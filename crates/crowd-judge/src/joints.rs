@@ -8,7 +8,8 @@ use glam::Vec3;
 const STEPS: u16 = 64;
 const STEP: u16 = 4;
 
-/// The joint that moves the nearest triangle most, for each sample of a square picture; 0 where nothing is.
+/// The joint that moves the nearest triangle most, for each sample of a square picture; 0 where nothing is. Holes that alpha cuts are taken for
+/// surface: what is seen through them counts for the joint of what they are in.
 pub(crate) fn draw(mesh: &SkinnedMesh, paint: &Paint, positions: &[Vec3], view: &View, side: u32) -> Vec<u16> {
     let corners = mesh.triangles.as_flattened();
     let places: Vec<[f32; 3]> = corners.iter().map(|&v| positions[v as usize].to_array()).collect();

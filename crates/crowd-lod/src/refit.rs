@@ -166,7 +166,7 @@ impl<'a> Fit<'a> {
         fit
     }
 
-    /// Mean squared difference of the colours shown, of 1 between black and white; 0 where no two plain ones differ.
+    /// Mean squared difference of the colours shown, textures too, of 1 between black and white; 0 where no two plain ones differ, and nobody asks.
     fn colors_off(&self) -> f64 {
         if !self.patches.can_repaint() {
             return 0.0;
@@ -185,7 +185,8 @@ impl<'a> Fit<'a> {
         seen.iter().map(off).sum::<f64>() / 2.0
     }
 
-    /// Finds the triangles that would be repainted as things are, so that rims are drawn to what will be seen.
+    /// Finds the triangles that would be repainted as things are, so that rims are drawn to what will be seen; but for those few that will find no room
+    /// for vertices of their own.
     fn repaint_patches(&mut self) {
         if !self.patches.can_repaint() {
             return;

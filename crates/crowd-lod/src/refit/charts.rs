@@ -11,20 +11,8 @@ const STRAIGHT_COS: f32 = -0.7;
 pub(crate) struct Charts {
     /// Chart of each triangle.
     pub of_triangle: Vec<u32>,
-    /// Edges where charts end.
-    pub rim_edges: Vec<RimEdge>,
     /// Rim of each chart.
     rims: Vec<Rim>,
-}
-
-/// An edge where a chart ends.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct RimEdge {
-    pub chart: u32,
-    /// Vertices of the mesh.
-    pub ends: [u32; 2],
-    /// Triangle of full detail.
-    pub triangle: u32,
 }
 
 /// Where a chart ends, in the texture: edges as triangles of no width.
@@ -78,13 +66,11 @@ impl Charts {
         rim_corners.sort_unstable();
         let mut rims: Vec<Rim> = Vec::new();
         rims.resize_with(count as usize, Rim::default);
-        let mut rim_edges = Vec::with_capacity(rim_corners.len());
         for corner in rim_corners {
             let (t, i) = (corner as usize / 3, corner as usize % 3);
             let rim = &mut rims[of_triangle[t] as usize];
             let at = rim.ends.len() as u32;
             let ends = [triangles[t][i], triangles[t][(i + 1) % 3]];
-            rim_edges.push(RimEdge { chart: of_triangle[t], ends, triangle: t as u32 });
             for v in ends {
                 let [u, v] = mesh.uvs[v as usize];
                 rim.ends.push([u, v, 0.0]);
@@ -97,7 +83,7 @@ impl Charts {
             rim.tree = Some(tree);
             rim.corners = rim_corners_of(&rim.ends);
         }
-        Self { of_triangle, rim_edges, rims }
+        Self { of_triangle, rims }
     }
 
     /// Whether the rim of a chart turns at `uv`, one of its vertices.

@@ -2,14 +2,24 @@
 //!
 //! By layers, since lumps of a beard that vanished would else draw those that are left.
 
-use super::charts::RimEdge;
 use super::full_detail::FullDetail;
 use super::repaint::Look;
 use crate::split_seams::zero_signless_bits;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// That of triangles repainted in what no patch of their layer shows.
 const NO_PATCH: u32 = u32::MAX;
+
+/// An edge where a patch ends.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RimEdge {
+    pub patch: u32,
+    /// Vertices of the mesh.
+    pub ends: [u32; 2],
+    /// Triangle of full detail.
+    pub triangle: u32,
+}
 
 /// Patches of full detail's triangles, and of a level's.
 pub(crate) struct Patches {
@@ -49,20 +59,25 @@ impl Patches {
         }
     }
 
-    /// The edges of full detail where patches end, each with its patch in the place of its chart, by patch.
+    /// The edges of full detail where patches end, by patch. A chart that touches itself along a seam
+    /// has no rim there, as it has none in a level.
     pub fn rim_edges(&self, full: &FullDetail<'_>) -> Vec<RimEdge> {
         let place = |v: u32| full.mesh.positions[v as usize].map(zero_signless_bits);
-        let side = |(i, edge): (usize, &RimEdge)| {
-            let [a, b] = edge.ends.map(place);
-            (self.of_full[edge.triangle as usize], a.min(b), a.max(b), i)
+        let ends = |corner: u32| {
+            let (corners, i) = (full.triangles[corner as usize / 3], corner as usize % 3);
+            [corners[i], corners[(i + 1) % 3]]
         };
-        let mut sides: Vec<_> = full.charts.rim_edges.iter().enumerate().map(side).collect();
-        sides.sort_unstable();
-        // Two sides of one patch: charts part there, and nobody sees it.
+        let side = |corner: u32| {
+            let [a, b] = ends(corner).map(place);
+            (self.of_full[corner as usize / 3], a.min(b), a.max(b), corner)
+        };
+        // Of all triangles: tints part plain ones within a chart.
+        let mut sides: Vec<_> = (0..3 * full.triangles.len() as u32).map(side).collect();
+        sides.par_sort_unstable();
         let rims = sides.chunk_by(|a, b| (a.0, a.1, a.2) == (b.0, b.1, b.2)).filter(|group| group.len() == 1);
-        let mut rims: Vec<(u32, usize)> = rims.map(|group| (group[0].0, group[0].3)).collect();
+        let mut rims: Vec<(u32, u32)> = rims.map(|group| (group[0].0, group[0].3)).collect();
         rims.sort_unstable();
-        rims.into_iter().map(|(chart, i)| RimEdge { chart, ..full.charts.rim_edges[i] }).collect()
+        rims.into_iter().map(|(patch, corner)| RimEdge { patch, ends: ends(corner), triangle: corner / 3 }).collect()
     }
 }
 
@@ -98,6 +113,24 @@ mod tests {
                 assert_eq!([rims_at(0.0), rims_at(4.0), rims_at(6.0)], [2, 4, 2]);
             });
         }
+    }
+
+    #[test]
+    fn tints_of_one_material_part_at_a_rim() {
+        let mut mesh = grid(6, 2, |_, _| 0.0, |x, _| x == 4);
+        // One chart: the texture runs on.
+        mesh.uvs = mesh.positions.iter().map(|p| [p[0] / 6.0, p[1] / 2.0]).collect();
+        for t in mesh.triangles.clone() {
+            if t.iter().all(|&v| mesh.positions[v as usize][0] >= 4.0) {
+                t.iter().for_each(|&v| mesh.colors[v as usize] = [255, 0, 0, 255]);
+            }
+        }
+        with_full(&mesh, true, |full| {
+            assert!(full.charts.of_triangle.iter().all(|&chart| chart == 0), "one chart");
+            let rims = Patches::new(full, full.triangles.len()).rim_edges(full);
+            let on = |x: f32| move |edge: &&RimEdge| edge.ends.iter().all(|&v| full.mesh.positions[v as usize][0] == x);
+            assert_eq!([2.0, 4.0].map(|x| rims.iter().filter(on(x)).count()), [0, 4]);
+        });
     }
 
     #[test]

@@ -115,10 +115,10 @@ pub(crate) type Look = (u16, [u8; 4]);
 /// The plain looks of full detail that pairs lie on, those with the largest share first.
 fn looks_seen(full: &FullDetail<'_>, seen: &[&Pair]) -> Vec<Look> {
     let mut shares: BTreeMap<Look, f32> = BTreeMap::new();
-    for pair in seen.iter().filter(|pair| full.is_plain(pair.full_triangle)) {
-        let first = full.triangles[pair.full_triangle as usize][0];
-        let look = (full.materials[pair.full_triangle as usize], full.mesh.colors[first as usize]);
-        *shares.entry(look).or_default() += pair.share;
+    for pair in seen {
+        if let Some(look) = full.plain_look(pair.full_triangle) {
+            *shares.entry(look).or_default() += pair.share;
+        }
     }
     let mut shares: Vec<(Look, f32)> = shares.into_iter().collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
@@ -140,12 +140,11 @@ fn charts_seen(full: &FullDetail<'_>, seen: &[&Pair], own: u32) -> Vec<(u32, usi
 /// For each plain material and tint, what the first triangle of full detail has that shows it.
 fn plain_coats(full: &FullDetail<'_>, order: &CollapseOrder) -> BTreeMap<Look, Coat> {
     let mut coats = BTreeMap::new();
-    for t in (0..full.triangles.len() as u32).filter(|&t| full.is_plain(t)) {
+    for t in 0..full.triangles.len() as u32 {
+        let Some(look) = full.plain_look(t) else { continue };
         let first = full.triangles[t as usize][0];
-        let (material, tint) = (full.materials[t as usize], full.tint(first));
         let (dress, uvs) = (order.triangles[t as usize][0], [full.mesh.uvs[first as usize]; 3]);
-        let coat = Coat { dress, material, tint, uvs };
-        coats.entry((material, full.mesh.colors[first as usize])).or_insert(coat);
+        coats.entry(look).or_insert(Coat { dress, material: look.0, tint: full.tint(first), uvs });
     }
     coats
 }

@@ -1,13 +1,12 @@
-//! Holds the rims of a level's charts to those of full detail: seams, open borders and where two colours meet.
+//! Holds the rims of a level's patches to those of full detail: seams, open borders and where two colours meet.
 //!
 //! Where two colours meet, a rim that is off by some way shows a strip as wide of the wrong one: that costs by the width, not by its
 //! square, as much as the colours differ. Both ways: full detail's rims look for the level's, and the level's for full detail's, or a spur of
 //! the level that lies beside no rim would cost nothing.
 
-use super::charts::RimEdge;
 use super::full_detail::FullDetail;
 use super::pairs::{Contact, contact, mix};
-use super::patches::Patches;
+use super::patches::{Patches, RimEdge};
 use super::pulls::{RIM_SHARE, color_metres};
 use super::shape::Shape;
 use crate::closest::ClosestTriangles;
@@ -50,7 +49,7 @@ pub(crate) struct RimPair {
     pub share: f32,
 }
 
-/// Points along the rims of full detail, and the edges of the level that they look for.
+/// The rims of full detail and those of the level, which look for each other.
 pub(crate) struct Rims {
     /// One for each patch that has a rim on both sides.
     patches: Vec<PatchRim>,
@@ -119,10 +118,10 @@ impl Rims {
         let mut patches = Vec::new();
         if step > 0.0 && step.is_finite() && area > 0.0 {
             let mut rest = single.as_slice();
-            for group in rim_edges.chunk_by(|a, b| a.0.chart == b.0.chart) {
-                let chart = group[0].0.chart;
-                let skip = rest.partition_point(|e| e.0 < chart);
-                let count = rest[skip..].partition_point(|e| e.0 == chart);
+            for group in rim_edges.chunk_by(|a, b| a.0.patch == b.0.patch) {
+                let patch = group[0].0.patch;
+                let skip = rest.partition_point(|e| e.0 < patch);
+                let count = rest[skip..].partition_point(|e| e.0 == patch);
                 let own: Vec<(u32, u32)> = rest[skip..skip + count].iter().map(|e| (e.1 / 3, e.1 % 3)).collect();
                 rest = &rest[skip + count..];
                 if own.is_empty() {
