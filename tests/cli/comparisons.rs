@@ -91,6 +91,7 @@ fn characters_are_compared_in_the_size_that_a_manifest_asks_for() {
     let words = [&["compare", "@crowd.toml", "--json"], &PAIR[..], &["meshopt-global"]].concat();
     let (small_m, of_small) = numbers(&words);
     assert!((small_m - 0.01 * diagonal_m).abs() < 1e-5 * diagonal_m, "{small_m} of {diagonal_m}");
+    assert!(!shares.is_empty() && of_small.len() == shares.len(), "{of_small:?} and {shares:?}");
     for (a, b) in of_small.iter().zip(&shares) {
         assert!((a - b).abs() < 0.05 * b, "{of_small:?} and {shares:?}");
     }

@@ -168,10 +168,40 @@ fn outputs_are_tried_before_inputs_are_read_and_refused_inputs_leave_nothing() {
     bench.write("file", b"");
     bench.run(&["export", "@gone.glb", "--ratio", "1", "-o", "@file/a.glb"]).expect(3).says(&["file", "a folder"]);
     bench.run(&["export", "@gone.glb", "--lods", "1,0.5", "-o", "@file/new/"]).expect(3).says(&["file", "a folder"]);
+    bench.run(&["export", "@gone.glb", "--lod", "all", "-o", "@file/a.glb"]).expect(3).says(&["file", "a folder"]);
+    let long = format!("@new/{}/a.crowdpack", "n".repeat(300));
+    bench.run(&["bake", "@gone.glb", "-o", &long]).expect(3).says(&["nnn"]);
     bench.run(&["bake", "@gone.glb", "-o", "@new/deep/a.crowdpack"]).expect(1);
     bench.run(&["report", "@gone.glb", "-o", "@new/a.html"]).expect(1);
     bench.run(&["export", "@gone.glb", "--ratio", "1", "-o", "@new/"]).expect(1);
     assert_eq!(bench.listing(), ["file"]);
+}
+
+/// What is tried is what will be written: `--lods` to a file write beside it.
+#[test]
+fn exports_try_the_names_that_they_write() {
+    let bench = Bench::new();
+    bench.copy(TRIANGLE, "t.glb");
+    std::fs::create_dir_all(bench.path("folder/level.glb")).unwrap();
+    std::fs::create_dir(bench.path("b.lod1.glb")).unwrap();
+    bench.run(&["export", "@t.glb", "--ratio", "1", "-o", "@folder"]).expect(0);
+    bench.run(&["export", "@gone.glb", "--lods", "1,0.5", "-o", "@b.glb"]).expect(3).says(&["b.lod1.glb", "a folder"]);
+    // Were it read first, it would be refused for what is in it.
+    bench.write("bad.lod0.glb", b"no");
+    for words in [["--lods", "1", "-o", "@bad.glb"], ["--ratio", "1", "-o", "@bad.lod0.glb"]] {
+        bench.run(&[&["export", "@bad.lod0.glb"][..], &words].concat()).expect(2).says(&["is an input too"]);
+    }
+    // One of several is the pack: none is written.
+    bench.run(&["bake", "@t.glb", "--lod-ratio", "1,0.5", "-o", "@p.lod1.glb"]).expect(0);
+    bench.run(&["export", "@p.lod1.glb", "--lod", "all", "-o", "@p.glb"]).expect(2).says(&["is an input too"]);
+    assert_eq!(bench.listing(), ["b.lod1.glb", "bad.lod0.glb", "folder", "p.lod1.glb", "t.glb"]);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("gone/a.glb", bench.path("a.glb")).unwrap();
+        bench.run(&["export", "@t.glb", "--lods", "1", "-o", "@a.glb"]).expect(0);
+        assert!(bench.path("a.lod0.glb").is_file() && bench.path("a.glb").is_symlink());
+        bench.run(&["bake", "@gone.glb", "-o", "@a.glb/a.crowdpack"]).expect(3).says(&["a.glb", "leads nowhere"]);
+    }
 }
 
 #[test]

@@ -64,6 +64,55 @@ fn ffmpeg_gets_every_frame_and_its_film_takes_its_place_at_the_end() {
 }
 
 #[test]
+fn a_film_goes_where_a_link_leads_and_into_a_pipe() {
+    use std::os::unix::fs::{FileTypeExt, symlink};
+    let scene = Scene::new();
+    stand_in(&scene, "printf %s \"$last\" > words\ncat > /dev/null\nprintf film > \"$last\"");
+    let film = |name: &str| {
+        let ran = filming(&scene, name, &[]).output().expect("the program starts");
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    };
+    std::fs::create_dir(scene.file("deep")).expect("the folder is ours");
+    std::fs::write(scene.file("deep/real"), "old").expect("the folder is there");
+    symlink("deep/real", scene.file("link.mp4")).expect("the folder is ours");
+    film("link.mp4");
+    assert!(scene.file("link.mp4").is_symlink(), "the link was replaced");
+    assert_eq!(std::fs::read(scene.file("deep/real")).expect("it is there"), b"film");
+    let unfinished = std::fs::read_to_string(scene.file("words")).expect("ffmpeg ran");
+    assert!(unfinished.contains("/deep/.crowdplay-") && unfinished.ends_with(".mp4"), "{unfinished}");
+    assert_eq!(std::fs::read_dir(scene.file("deep")).expect("it is there").count(), 1);
+
+    let made = Command::new("mkfifo").arg(scene.file("pipe.mp4")).status().expect("coreutils are there");
+    assert!(made.success());
+    // Opened for reading and writing, a pipe waits for nobody; what is written fits into it.
+    let mut pipe = std::fs::File::options().read(true).write(true).open(scene.file("pipe.mp4")).expect("it is ours");
+    film("pipe.mp4");
+    let kind = std::fs::symlink_metadata(scene.file("pipe.mp4")).expect("it is there").file_type();
+    assert!(kind.is_fifo(), "the pipe was replaced");
+    let mut read = [0; 4];
+    std::io::Read::read_exact(&mut pipe, &mut read).expect("a film was written");
+    assert_eq!(&read, b"film");
+    assert_eq!(left_over(&scene), Vec::<String>::new());
+    let unfinished = std::fs::read_to_string(scene.file("words")).expect("ffmpeg ran");
+    assert!(!std::path::Path::new(&unfinished).exists(), "{unfinished} is left");
+
+    symlink("gone/a.mp4", scene.file("nowhere.mp4")).expect("the folder is ours");
+    let ran = filming(&scene, "nowhere.mp4", &[]).output().expect("the program starts");
+    assert_eq!(ran.status.code(), Some(3), "{}", String::from_utf8_lossy(&ran.stderr));
+}
+
+/// A name that standard output goes by is no folder's.
+#[test]
+fn a_folder_called_like_standard_output_is_in_nobodys_way() {
+    let scene = Scene::new();
+    std::fs::create_dir(scene.file("-")).expect("the folder is ours");
+    let mut command = player();
+    command.current_dir(scene.folder()).arg(scene.pack()).args(&FRAMES[..7]).args(["--frames", "1", "--report", "-"]);
+    let ran = command.output().expect("the program starts");
+    assert!(ran.status.success() && ran.stdout.starts_with(b"{"), "{}", String::from_utf8_lossy(&ran.stderr));
+}
+
+#[test]
 fn an_ffmpeg_that_dies_is_quoted_and_the_old_film_stays() {
     let scene = Scene::new();
     for lines in [

@@ -50,6 +50,7 @@ fn outputs_are_tried_before_the_work() {
         std::fs::create_dir(scene.file(folder)).unwrap();
     }
     std::fs::write(scene.file("file"), "").unwrap();
+    let long = scene.path(&format!("new/{}/a.png", "n".repeat(300)));
     let [png, film, json, text, below] = ["a.png", "a.mp4", "a.json", "a.txt", "file/b/c"].map(|name| scene.path(name));
     let pack = scene.pack();
     let table: &[&[&str]] = &[
@@ -58,6 +59,7 @@ fn outputs_are_tried_before_the_work() {
         &["--report", &json],
         &["--record-camera", &text],
         &["--report", &below],
+        &["--out", &long],
         #[cfg(target_os = "linux")]
         &["--report", "/proc/a.json"],
         #[cfg(target_os = "linux")]
@@ -70,6 +72,12 @@ fn outputs_are_tried_before_the_work() {
     let ran = crowdplay(&["bench", &pack, "--ab", "b1,bucketed", "--csv", &json]);
     assert!(ran.code == 3 && ran.stderr.contains("a folder"), "{}", ran.stderr);
     assert_eq!(scene.files(), ["a.json", "a.mp4", "a.png", "a.txt", "file", "posts.crowdpack"]);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("gone", scene.file("link")).unwrap();
+        let ran = run_with(&scene, &["--frames", "1000000", "--out", &scene.path("link/a.mp4")]);
+        assert!(ran.code == 3 && ran.stderr.contains("leads nowhere"), "{}", ran.stderr);
+    }
 }
 
 #[test]

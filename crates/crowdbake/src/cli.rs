@@ -403,7 +403,7 @@ pub struct ExportArgs {
     /// Move the vertices to where they lie closest to full detail over the frames; stored levels are as bake left them.
     #[arg(long, conflicts_with = "lod")]
     pub refit: bool,
-    /// The file to write; with --lods OUT.lod0.glb, OUT.lod1.glb, ..., or a folder.
+    /// The file to write, or a folder (`FOLDER/`), which gets NAME.glb; --lods write OUT.lod0.glb, OUT.lod1.glb, ...
     #[arg(short, long, value_parser = glb_parser(), value_name = "OUT.glb")]
     pub output: PathBuf,
     /// A target that no level reaches is an error (exit code 5).

@@ -1,8 +1,9 @@
 //! Files that appear whole or not at all, and never over an input or over one another.
 
 use crate::error::{BakeError, Cause, Step};
+use std::ffi::OsStr;
 use std::io::{Error, ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Writes under a temporary name in the same folder, then renames. Missing folders are made, links are followed, devices
 /// and pipes written to directly.
@@ -29,7 +30,77 @@ pub(crate) fn expect_writable(path: &Path) -> Result<(), BakeError> {
         return Ok(());
     }
     let target = follow_link(path).map_err(fail)?;
-    temporary_in(nearest_folder(&target)?).map(drop).map_err(fail)
+    let Some(name) = target.file_name() else {
+        return Err(fail(Error::new(ErrorKind::IsADirectory, "is a folder, a file name is needed")));
+    };
+    let (there, missing) = split_missing(folder_of(&target))?;
+    if missing.as_os_str().is_empty() {
+        let found = there.join(name).symlink_metadata().map(drop);
+        found.or_else(|error| if error.kind() == ErrorKind::NotFound { Ok(()) } else { Err(error) }).map_err(fail)?;
+    }
+    try_in(&there, &missing, Some(name)).map_err(fail)
+}
+
+/// The same for a folder whose files have no names yet.
+pub(crate) fn expect_folder_writable(folder: &Path) -> Result<(), BakeError> {
+    let (there, missing) = split_missing(folder)?;
+    let fail = |source| BakeError::whole(Step::Write, Cause::Output { path: folder.to_owned(), source });
+    try_in(&there, &missing, None).map_err(fail)
+}
+
+/// Makes a file in a folder that is there, or the missing folders and the file within a temporary one, and removes them again.
+fn try_in(there: &Path, missing: &Path, name: Option<&OsStr>) -> std::io::Result<()> {
+    if missing.as_os_str().is_empty() {
+        return temporary_in(there).map(drop);
+    }
+    let trial = tempfile::Builder::new().prefix(".").suffix(".crowdpack.tmp").tempdir_in(there)?;
+    let folder = trial.path().join(missing);
+    std::fs::create_dir_all(&folder)?;
+    match name {
+        Some(name) => std::fs::File::create_new(folder.join(name)).map(drop)?,
+        None => temporary_in(&folder).map(drop)?,
+    }
+    trial.close()
+}
+
+/// What is there of a folder, and what is to be made below it. Links that lead nowhere can be neither.
+fn split_missing(folder: &Path) -> Result<(PathBuf, PathBuf), BakeError> {
+    let refused = |path: &Path, source| BakeError::whole(Step::Write, Cause::Output { path: path.to_owned(), source });
+    let (mut there, mut missing) = (PathBuf::new(), PathBuf::new());
+    for component in folder.components() {
+        match component {
+            Component::CurDir => continue,
+            // What is missing will be made as real folders: above is above.
+            Component::ParentDir if missing.pop() => continue,
+            Component::Normal(name) if !missing.as_os_str().is_empty() => {
+                missing.push(name);
+                continue;
+            }
+            other => there.push(other),
+        }
+        match there.metadata() {
+            Ok(found) if found.is_dir() => {}
+            Ok(_) => {
+                return Err(refused(&there, Error::new(ErrorKind::NotADirectory, "is a file, a folder is needed")));
+            }
+            Err(_) if matches!(component, Component::Prefix(_)) => {}
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(refused(&there, error)),
+            Err(error) if there.is_symlink() => {
+                return Err(refused(
+                    &there,
+                    Error::new(error.kind(), "is a link that leads nowhere, a folder is needed"),
+                ));
+            }
+            Err(_) => {
+                missing.extend(there.file_name());
+                there.pop();
+            }
+        }
+    }
+    if there.as_os_str().is_empty() {
+        there.push(".");
+    }
+    Ok((there, missing))
 }
 
 /// Refuses an output that is one of the inputs or one of the files that they name, however either is spelled.
@@ -80,25 +151,16 @@ pub(crate) fn print(out: &mut dyn Write, text: &str) -> Result<(), BakeError> {
     })
 }
 
-/// The nearest folder above a file that is there.
-fn nearest_folder(path: &Path) -> Result<&Path, BakeError> {
-    let place = folder_of(path).ancestors().find(|place| place.exists()).unwrap_or(Path::new("."));
-    if place.is_dir() {
-        return Ok(place);
-    }
-    let source = Error::new(ErrorKind::NotADirectory, "is a file, a folder is needed");
-    Err(BakeError::whole(Step::Write, Cause::Output { path: place.to_owned(), source }))
-}
-
 /// Makes the folders that a file is to lie in.
 pub(crate) fn make_folder_of(path: &Path) -> Result<(), BakeError> {
-    nearest_folder(path)?;
     let folder = folder_of(path);
+    split_missing(folder)?;
     std::fs::create_dir_all(folder)
         .map_err(|source| BakeError::whole(Step::Write, Cause::Output { path: folder.to_owned(), source }))
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// Where a file lies: `.` for a bare name.
+pub(crate) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -136,6 +198,47 @@ mod tests {
         write_whole(&path, b"two").unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"two");
         assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_can_be_made_is_told_from_what_cannot_and_nothing_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path();
+        std::fs::write(root.join("file"), b"x").unwrap();
+        let (long, fits) = ("n".repeat(300), "n".repeat(200));
+        let mut refused = vec!["file/a".to_owned(), long.clone(), format!("{long}/a"), format!("new/{long}/a")];
+        refused.extend([format!("new/{long}"), "new/../file/a".to_owned()]);
+        let fine = ["a", "file", "new/deep/a", "new/../a", "new/../../a", &fits, &format!("{fits}/{fits}")];
+        let mut fine = fine.map(str::to_owned).to_vec();
+        #[cfg(unix)]
+        {
+            std::fs::create_dir(root.join("there")).unwrap();
+            for (target, link) in [("gone", "nowhere"), ("there", "somewhere"), ("there/a", "linked"), ("self", "self")]
+            {
+                std::os::unix::fs::symlink(target, root.join(link)).unwrap();
+            }
+            std::fs::write(root.join("there/a"), b"x").unwrap();
+            refused.extend(["nowhere", "nowhere/a", "nowhere/new/a", "new/../nowhere/a", "self/a"].map(str::to_owned));
+            fine.extend(["linked", "somewhere/a", "somewhere/new/a", "somewhere/../new/a"].map(str::to_owned));
+        }
+        let listing = || {
+            let mut names: Vec<_> = std::fs::read_dir(root).unwrap().map(|item| item.unwrap().file_name()).collect();
+            names.sort();
+            names
+        };
+        let before = listing();
+        for path in &refused {
+            let error = expect_writable(&root.join(path)).expect_err(path);
+            assert_eq!(error.exit_code(), crate::error::OUTPUT_FAILED, "{path}: {error}");
+            expect_folder_writable(&root.join(path)).expect_err(path);
+        }
+        for path in &fine {
+            expect_writable(&root.join(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
+        }
+        expect_folder_writable(root).unwrap();
+        expect_folder_writable(&root.join("new/deep")).unwrap();
+        expect_writable(Path::new("bare-name-of-a-file")).unwrap();
+        assert_eq!(listing(), before);
     }
 
     #[test]

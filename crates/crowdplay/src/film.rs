@@ -1,5 +1,6 @@
 //! Films: frames piped as pictures into ffmpeg, where that is installed.
 
+use crate::picture::is_device;
 use crate::{Error, Result};
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -61,12 +62,21 @@ fn remove_leftovers(folder: &Path) {
     }
 }
 
+/// Writes a file to a device, whose rights stay as they are.
+fn copy(from: &Path, device: &Path) -> std::io::Result<()> {
+    let mut device = std::fs::OpenOptions::new().write(true).open(device)?;
+    std::io::copy(&mut std::fs::File::open(from)?, &mut device).map(drop)
+}
+
 /// A film being made. Dropped before its end, it leaves nothing behind.
 pub struct Film {
     /// Ends before what it writes is removed.
     ffmpeg: Ffmpeg,
+    /// As it was typed.
     path: PathBuf,
-    /// What ffmpeg writes; renamed at the end.
+    /// What is replaced: a link's target, the link stays. None where a device or pipe is written to.
+    target: Option<PathBuf>,
+    /// What ffmpeg writes; renamed at the end, or copied to the device.
     unfinished: tempfile::TempPath,
     /// Held as long as somebody makes the film: what nobody holds was left by a process that was killed.
     lock: std::fs::File,
@@ -92,12 +102,23 @@ impl Film {
     /// [`Error::Machine`] where there is no ffmpeg, [`Error::Output`] where the folder cannot be written to.
     pub fn begin(path: &Path, dt_s: f32) -> Result<Self> {
         let refused = |source| Error::Output { path: path.to_owned(), source };
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        std::fs::create_dir_all(folder).map_err(refused)?;
+        let target = match path {
+            path if is_device(path) => None,
+            path if path.is_symlink() => Some(path.canonicalize().map_err(refused)?),
+            path => Some(path.to_owned()),
+        };
+        let folder = match &target {
+            // Films are not written in one go: a pipe gets the whole one.
+            None => std::env::temp_dir(),
+            Some(target) => {
+                target.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned()
+            }
+        };
+        std::fs::create_dir_all(&folder).map_err(refused)?;
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         // ffmpeg knows the format by the ending.
         let suffix = format!(".{ending}");
-        remove_leftovers(folder);
+        remove_leftovers(&folder);
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX).suffix(&suffix);
         #[cfg(unix)]
@@ -106,7 +127,7 @@ impl Film {
             use std::os::unix::fs::PermissionsExt;
             builder.permissions(std::fs::Permissions::from_mode(0o666));
         }
-        let (lock, unfinished) = begin_file(&builder, folder).map_err(refused)?;
+        let (lock, unfinished) = begin_file(&builder, &folder).map_err(refused)?;
         let said = tempfile::tempfile().map_err(refused)?;
         let rate_hz = if dt_s > 0.0 { (1.0 / dt_s).clamp(0.01, 1000.0) } else { 30.0 };
         let mut command = Command::new("ffmpeg");
@@ -122,7 +143,7 @@ impl Film {
             what: format!("a film needs ffmpeg, which does not start: {error}"),
             remedy: "install it, or write pictures (--out frame-%04d.png)",
         })?;
-        Ok(Self { ffmpeg: Ffmpeg(ffmpeg), path: path.to_owned(), unfinished, lock, said })
+        Ok(Self { ffmpeg: Ffmpeg(ffmpeg), path: path.to_owned(), target, unfinished, lock, said })
     }
 
     /// Adds a frame.
@@ -144,10 +165,13 @@ impl Film {
             Ok(status) if status.success() => {}
             _ => return Err(self.failure()),
         }
-        let Self { path, unfinished, lock, .. } = self;
-        let persisted = unfinished.persist(&path).map_err(|error| Error::Output { path, source: error.error });
+        let Self { path, target, unfinished, lock, .. } = self;
+        let ended = match target {
+            Some(target) => unfinished.persist(target).map_err(|error| error.error),
+            None => copy(&unfinished, &path),
+        };
         drop(lock);
-        persisted
+        ended.map_err(|source| Error::Output { path, source })
     }
 
     fn failure(&mut self) -> Error {

@@ -2,15 +2,14 @@
 
 use crate::cli::{BakeOptions, ExportArgs};
 use crate::error::{BakeError, Cause, DONE, Step};
-use crate::output::{expect_writable, refuse_inputs, write_whole};
+use crate::output::{expect_folder_writable, expect_writable, folder_of, refuse_inputs, write_whole};
 use crate::talk::Talk;
 use crate::unpack::{Unpacked, choose_character, open, triangle_target};
 use crowd_pack::{LodRecord, ManifestTarget};
 use std::path::{Path, PathBuf};
 
 pub(super) fn export(args: &ExportArgs, talk: &Talk<'_>) -> Result<u8, BakeError> {
-    // Names of levels come when the character is known; they all go to one folder.
-    expect_writable(&if is_folder(&args.output) { args.output.join("level.glb") } else { args.output.clone() })?;
+    expect_outputs(args)?;
     let opened = open(&args.input, &BakeOptions::default())?;
     let contents = opened.contents();
     let character = Unpacked::new(contents, choose_character(contents, args.character.as_deref())?);
@@ -23,9 +22,7 @@ pub(super) fn export(args: &ExportArgs, talk: &Talk<'_>) -> Result<u8, BakeError
         .into_iter()
         .map(|wanted| choose_level(&character, &wanted, args.strict, talk).map(|level| (level, wanted.path)))
         .collect::<Result<_, _>>()?;
-    for (_, path) in &levels {
-        refuse_inputs(path, std::slice::from_ref(&args.input))?;
-    }
+    levels.iter().try_for_each(|(_, path)| expect_output(args, path))?;
     for (level, path) in &levels {
         let (bytes, level) = match args.refit {
             true => crate::export::export_refitted(&character, *level),
@@ -42,6 +39,23 @@ pub(super) fn export(args: &ExportArgs, talk: &Talk<'_>) -> Result<u8, BakeError
     Ok(DONE)
 }
 
+/// Sees before the bake what the words alone say: every file where they name it, the folder where names come with the character.
+fn expect_outputs(args: &ExportArgs) -> Result<(), BakeError> {
+    match (&args.lods, args.lod.as_deref()) {
+        _ if is_folder(&args.output) => expect_folder_writable(&args.output),
+        (_, Some("all")) => expect_folder_writable(folder_of(&args.output)),
+        (Some(ratios), _) => {
+            (0..ratios.len()).try_for_each(|index| expect_output(args, &lod_path(&args.output, "", index)))
+        }
+        _ => expect_output(args, &args.output),
+    }
+}
+
+fn expect_output(args: &ExportArgs, path: &Path) -> Result<(), BakeError> {
+    refuse_inputs(path, std::slice::from_ref(&args.input))?;
+    expect_writable(path)
+}
+
 /// Writes the discrete level of that name, or all of them.
 fn export_stored(args: &ExportArgs, character: &Unpacked<'_>, name: &str, talk: &Talk<'_>) -> Result<u8, BakeError> {
     let discrete = &character.manifest.discrete;
@@ -55,13 +69,14 @@ fn export_stored(args: &ExportArgs, character: &Unpacked<'_>, name: &str, talk: 
     if let (true, Some(missed)) = (args.strict, chosen.iter().find(|&&i| !discrete[i].reached)) {
         return Err(BakeError::of(Step::ChooseLevel, &character.manifest.name, missed_stored(character, *missed)));
     }
+    let path_of = |index: usize| match name {
+        "all" => stored_path(&args.output, &character.manifest.name, &discrete[index].name),
+        _ if is_folder(&args.output) => stored_path(&args.output, &character.manifest.name, name),
+        _ => args.output.clone(),
+    };
+    chosen.iter().try_for_each(|&index| expect_output(args, &path_of(index)))?;
     for index in chosen {
-        let path = match name {
-            "all" => stored_path(&args.output, &character.manifest.name, &discrete[index].name),
-            _ if is_folder(&args.output) => stored_path(&args.output, &character.manifest.name, name),
-            _ => args.output.clone(),
-        };
-        refuse_inputs(&path, std::slice::from_ref(&args.input))?;
+        let path = path_of(index);
         let level = &character.discrete_levels()[index];
         if !discrete[index].reached {
             talk.warn(format_args!("{}: {}", character.manifest.name, missed_stored(character, index)));
@@ -141,7 +156,7 @@ fn lod_path(output: &Path, name: &str, index: usize) -> PathBuf {
 
 /// A folder, or the name of one that is to be made.
 fn is_folder(output: &Path) -> bool {
-    output.is_dir() || output.as_os_str().to_string_lossy().ends_with(['/', '\\'])
+    output.is_dir() || output.as_os_str().to_string_lossy().ends_with(std::path::is_separator)
 }
 
 /// A name from a pack as a file name: nothing that leaves the folder.
@@ -185,5 +200,6 @@ mod tests {
         assert_eq!(file_name(".."), "character");
         assert_eq!(lod_path(Path::new("out/k.glb"), "k", 2), Path::new("out/k.lod2.glb"));
         assert_eq!(lod_path(Path::new("new/"), "k 1", 0), Path::new("new/k 1.lod0.glb"));
+        assert_eq!(is_folder(Path::new("new\\")), cfg!(windows), "elsewhere it is part of a name");
     }
 }
