@@ -1,7 +1,7 @@
 //! `gather_drawn` on the GPU against its twin: integers equal, other numbers within a bound.
 
 use crate::cases::{Case, buckets, case, cases, data, impostored};
-use crowd_stages::{BucketPlace, BucketRange, DrawnInstance, MorphRecord, Weight, cpu, gpu::GatherDrawn};
+use crowd_stages::{BucketPlace, BucketRange, Buckets, DrawnInstance, MorphRecord, Weight, cpu, gpu::GatherDrawn};
 use crowd_tests::gpu;
 use std::collections::BTreeMap;
 
@@ -15,14 +15,19 @@ pub struct Sorted {
 
 /// Sorted by bucket, with morphs all over, and room for so many skinned vertices.
 pub fn sorted(case: &Case, vertex_capacity: u32) -> Sorted {
+    sorted_in(buckets(), case, vertex_capacity)
+}
+
+/// The same of a crowd of other data.
+pub fn sorted_in(buckets: &Buckets, case: &Case, vertex_capacity: u32) -> Sorted {
     let selected = case.select();
     let fill = Default::default();
     let (keys, morphs) =
-        cpu::key_instances(buckets(), &case.instances, &selected.culled, &selected.choices, &fill, &case.config);
+        cpu::key_instances(buckets, &case.instances, &selected.culled, &selected.choices, &fill, &case.config);
     let spread = |(i, m): (usize, MorphRecord)| MorphRecord { fraction: (i % 11) as f32 * 0.1, ..m };
     let (keys, values) = cpu::sort_instances(&keys);
-    let (ranges, ..) = cpu::write_bucket_args(buckets(), &keys, &selected.sums, &case.config);
-    let (places, ..) = cpu::place_buckets(buckets(), &ranges, vertex_capacity);
+    let (ranges, ..) = cpu::write_bucket_args(buckets, &keys, &selected.sums, &case.config);
+    let (places, ..) = cpu::place_buckets(buckets, &ranges, vertex_capacity);
     Sorted { keys, values, morphs: morphs.into_iter().enumerate().map(spread).collect(), ranges, places }
 }
 
@@ -47,8 +52,13 @@ fn on_gpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
 }
 
 pub fn on_cpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
+    on_cpu_in(buckets(), case, sorted)
+}
+
+/// The same of a crowd of other data.
+pub fn on_cpu_in(buckets: &Buckets, case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
     let Sorted { keys, values, morphs, places, .. } = sorted;
-    cpu::gather_drawn(data(), buckets(), &case.instances, morphs, keys, values, places, case.config.time_s)
+    cpu::gather_drawn(case.data, buckets, &case.instances, morphs, keys, values, places, case.config.time_s)
 }
 
 /// Whether the shares of frames and all else agree. At a frame's border the two may stand on either side of it.

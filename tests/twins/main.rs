@@ -5,6 +5,7 @@ mod blend_palettes;
 mod build_pyramid;
 mod cases;
 mod cell_boids;
+mod crowded_joints;
 mod cull_by_depth;
 mod cull_instances;
 mod feeds;

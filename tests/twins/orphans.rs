@@ -49,6 +49,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
     let not_stages_tests = [
         "main",
         "cases",
+        "crowded_joints",
         "feeds",
         "flocks",
         "memory",

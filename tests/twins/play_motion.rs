@@ -1,7 +1,7 @@
 //! `play_motion` on the GPU against its twin: the same clips, where they are within a bound; and refusals.
 
 use crate::cases::{Case, case, cases, data};
-use crate::whole_chain::{OPTIONS, compare, draw, is_rounding, renderer};
+use crate::whole_chain::{OPTIONS, compare, draw, is_rounding, one_clip_each, renderer};
 use crowd_pack::NONE;
 use crowd_stages::gpu::{MotionPlan, PlayMotion};
 use crowd_stages::{
@@ -165,6 +165,25 @@ fn a_crowd_that_goes_by_schedules_is_drawn_as_the_twin_has_it() {
         let apart = compare(&pixels, &expected).share_over(8);
         assert!(apart < 1e-3, "{skinning:?}: {apart} of the pixels");
         assert!(is_rounding(&compare(&pixels, of_vertex_shader.get_or_insert(pixels.clone()))), "{skinning:?}");
+    }
+}
+
+/// Only a stretch with a fade makes people fade.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn schedules_without_fades_leave_auto_its_choice() {
+    let instances = one_clip_each(&case(10, 30, Weight::Area).instances);
+    let (device, queue) = gpu::device();
+    let mut renderer = renderer(OPTIONS, &instances);
+    let mut plan = plan(&instances);
+    let fades: Vec<f32> = plan.stretches.iter().map(|stretch| stretch.fade_s).collect();
+    assert!(fades.iter().any(|fade_s| *fade_s > 0.0));
+    for fade in [false, true] {
+        plan.stretches.iter_mut().zip(&fades).for_each(|(one, fade_s)| one.fade_s = if fade { *fade_s } else { 0.0 });
+        let Plan { stretches, schedules, motions } = &plan;
+        renderer.set_motion(device, queue, Some(MotionPlan { stretches, schedules, motions })).expect("as before");
+        let choice = renderer.skinning(Skinning::Auto);
+        assert_eq!((choice.fades, choice.is_settled), (fade, fade), "{choice:?}");
     }
 }
 

@@ -193,6 +193,32 @@ fn casters_with_vertices_of_the_crowds_own_pass_throw_the_same_shadows() {
     assert!(by_themselves > 0 && by_themselves < of_last.len(), "{by_themselves} of {}", of_last.len());
 }
 
+/// Ways differ where somebody fades, in the picture or in the maps: which one `auto` takes must not depend on the clock.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn two_runs_of_auto_with_fades_and_four_maps_give_the_same_pixels_in_every_frame() {
+    let instances = synthetic::instances(data(), 300);
+    assert!(instances.iter().filter(|one| one.leaving_share > 0.1).count() > 100);
+    let view = view(Vec3::new(3.0, 4.0, 14.0), Vec3::ZERO, 0.5);
+    let picture = Picture::new((WIDTH, HEIGHT));
+    let run = || {
+        let mut renderer = renderer(OPTIONS, &instances);
+        let frame = |number: u32| {
+            let config = FrameConfig { budget: 9000, ..FrameConfig::from_camera(&view) };
+            let config = FrameConfig { time_s: config.time_s + 0.04 * number as f32, ..config };
+            draw(&mut renderer, &picture, &config, DrawOptions { skinning: Skinning::Auto, ..SHADED });
+            picture.pixels()
+        };
+        // More than a trial of three ways takes.
+        (0..16).map(frame).collect::<Vec<_>>()
+    };
+    let (first, second) = (run(), run());
+    for (number, (a, b)) in first.iter().zip(&second).enumerate() {
+        assert!(a == b, "frame {number}: {}", apart(&compare(a, b)));
+    }
+    assert!(first[0] != first[1], "people move");
+}
+
 #[test]
 fn a_place_is_seen_at_its_pixel() {
     let view = view(Vec3::new(0.0, 5.0, 5.0), Vec3::ZERO, 0.6);

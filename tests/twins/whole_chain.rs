@@ -38,7 +38,7 @@ pub fn renderer(options: RendererOptions, instances: &[InstanceRecord]) -> Crowd
     renderer_of(data(), options, instances)
 }
 
-fn renderer_of(data: &CrowdData, options: RendererOptions, instances: &[InstanceRecord]) -> CrowdRenderer {
+pub fn renderer_of(data: &CrowdData, options: RendererOptions, instances: &[InstanceRecord]) -> CrowdRenderer {
     let (device, queue) = gpu::device();
     let mut renderer = CrowdRenderer::new(device, queue, data, options).expect("within default limits");
     renderer.set_instances(queue, instances).expect("synthetic instances are valid");

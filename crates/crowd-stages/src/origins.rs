@@ -48,7 +48,8 @@ fn beside(vertex: &VertexRecord, origin: &VertexRecord) -> ([u32; 2], [u32; 2]) 
             return (words(from), words(from_weights));
         };
         (joints[place], is_taken[place]) = (joint, true);
-        weights[place] += weight;
+        // A pack's weights come to 65535; those of data made by hand may come to more on a joint that is there twice, and would reach into the next place.
+        weights[place] = (weights[place] + weight).min(0xffff);
     }
     (words(joints), words(weights))
 }
@@ -94,5 +95,16 @@ mod tests {
         let odd = skin([7, 3, 2, 1], [0, 25_535, 30_000, 10_000]);
         let (joints, weights) = beside(&odd, &skin([9, 3, 0, 0], [35_535, 30_000, 0, 0]));
         assert_eq!((halves(joints), halves(weights)), ([9, 3, 0, 0], [35_535, 30_000, 0, 0]));
+    }
+
+    #[test]
+    fn weights_of_a_joint_that_is_there_twice_do_not_reach_into_the_next_place() {
+        let vertex = skin([7, 3, 0, 0], [40_000, 25_535, 0, 0]);
+        for (odd, even) in [([40_000, 30_000, 0, 0], [0xffff, 0, 0, 0]), ([30_000, 35_535, 0, 0], [0xffff, 0, 0, 0])] {
+            let (joints, weights) = beside(&vertex, &skin([7, 7, 3, 0], odd));
+            assert_eq!((halves(joints), halves(weights)), ([7, 3, 0, 0], even));
+        }
+        let (_, weights) = beside(&vertex, &skin([3, 3, 3, 3], [0xffff; 4]));
+        assert_eq!(halves(weights), [0, 0xffff, 0, 0]);
     }
 }

@@ -126,10 +126,11 @@ pub enum Fit {
     Plain,
 }
 
-/// Where [`Technique::Bucketed`] works out its vertices. The picture is the same.
+/// Where [`Technique::Bucketed`] works out its vertices. The picture is the same, bit for bit, where nobody fades; who fades differs by rounding: in the
+/// picture between [`Self::Vertex`] and the others, in shadow maps between [`Self::Compute`], which lends casters its vertices, and the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Skinning {
-    /// Whichever takes this adapter the least time, measured over the first frames; one of those with palettes where somebody may fade.
+    /// Whichever takes this adapter the least time, measured over the first frames; [`Self::Palettes`], unmeasured, where somebody may fade.
     #[default]
     Auto,
     /// In the vertex shader, from two frames of the clip.

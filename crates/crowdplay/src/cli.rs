@@ -224,9 +224,9 @@ pub struct Args {
 
     /// Where vertices of people are worked out (bucketed alone; the picture is the same, of those who fade but for rounding): by the
     /// vertex shader from two frames of the clip, by the vertex shader from palettes blended beforehand, by a compute stage (each
-    /// vertex once, however many passes draw it), or auto: the first frames try all three, where somebody may fade the latter two,
-    /// and keep the one that takes this adapter the least time. Where the buffers do not fit, the vertex shader does it and the
-    /// report says so
+    /// vertex once, however many passes draw it), or auto: palettes where somebody may fade; elsewhere the first frames try all
+    /// three and keep the one that takes this adapter the least time. Where the buffers do not fit, the vertex shader does it and
+    /// the report says so
     #[arg(long, value_enum, default_value_t = SkinningWord::Auto, value_name = "WAY", help_heading = "Level of detail")]
     pub skinning: SkinningWord,
 
@@ -397,7 +397,7 @@ pub enum Switch {
 /// `--skinning`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SkinningWord {
-    /// Whichever is fastest here
+    /// Whichever is fastest here; palettes where somebody may fade
     Auto,
     /// The vertex shader, from two frames
     Vertex,

@@ -149,7 +149,7 @@ pub fn render(
         report.skinning_ms = choice.measured_ms;
         let is_refused = choice.refused.is_some() || choice.sharing_refused.is_some();
         if is_refused && detail.draw.skinning != Skinning::Auto {
-            let words = skinning_words(&choice).unwrap_or_default();
+            let words = skinning_words(&choice, detail.draw.skinning).unwrap_or_default();
             talk.say(&words);
             report.warnings.push(words);
         }

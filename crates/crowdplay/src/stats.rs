@@ -83,18 +83,26 @@ impl Report {
     }
 }
 
-/// Why vertices are worked out where they are, in words: times tried, or what did not fit.
-pub fn skinning_words(choice: &SkinningChoice) -> Option<String> {
+/// Why vertices are worked out where they are when `asked` was asked for, in words: times tried, somebody who may fade, or what did not fit.
+pub fn skinning_words(choice: &SkinningChoice, asked: Skinning) -> Option<String> {
     if let Some(why) = &choice.refused {
         return Some(format!("vertices are skinned by the vertex shader: {why}"));
     }
     if let Some(why) = &choice.sharing_refused {
         return Some(format!("poses are not shared: {why}"));
     }
+    if takes_palettes_for_fades(choice, asked) {
+        return Some(format!("skinning: {} (somebody may fade, so nothing was measured)", choice.way.name()));
+    }
     let tried = |(way, ms): (Skinning, f32)| format!("{} {ms:.2} ms", way.name());
     let ms = choice.measured_ms?;
     let all: Vec<String> = Skinning::WAYS.into_iter().zip(ms).map(tried).collect();
     Some(format!("skinning: {} ({})", choice.way.name(), all.join(", ")))
+}
+
+/// Whether `auto` was left no choice by those who fade.
+pub fn takes_palettes_for_fades(choice: &SkinningChoice, asked: Skinning) -> bool {
+    asked == Skinning::Auto && choice.fades && choice.refused.is_none()
 }
 
 /// What drew.
@@ -340,6 +348,26 @@ mod tests {
         let many = Timings::of(&[frame(0, 900.0), frame(1, 5.0), frame(2, 7.0)]);
         assert_eq!((many.frames, many.frame_ms.max, many.stages_ms["cull"].min), (2, 7.0, 5.0));
         assert_eq!(Timings::of(&[frame(0, 900.0)]).frame_ms.median, 900.0);
+    }
+
+    #[test]
+    fn where_somebody_may_fade_auto_says_so_and_nobody_else() {
+        let fading = SkinningChoice {
+            way: Skinning::Palettes,
+            is_settled: true,
+            fades: true,
+            measured_ms: None,
+            refused: None,
+            sharing_refused: None,
+        };
+        let words = skinning_words(&fading, Skinning::Auto).expect("it says why");
+        assert!(words.contains("palettes") && words.contains("may fade"), "{words}");
+        assert_eq!(skinning_words(&fading, Skinning::Palettes), None);
+        let measured = SkinningChoice { fades: false, measured_ms: Some([3.0, 2.0, 4.0]), ..fading.clone() };
+        assert!(skinning_words(&measured, Skinning::Auto).is_some_and(|words| words.contains("2.00 ms")));
+        let refused = SkinningChoice { refused: Some("too large".into()), way: Skinning::Vertex, ..fading };
+        assert!(!takes_palettes_for_fades(&refused, Skinning::Auto));
+        assert!(skinning_words(&refused, Skinning::Auto).is_some_and(|words| words.contains("too large")));
     }
 
     #[test]

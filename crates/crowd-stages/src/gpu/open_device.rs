@@ -41,6 +41,9 @@ pub fn wanted_features() -> wgpu::Features {
 }
 
 /// wgpu's default limits with the adapter's sizes: eight storage buffers a stage are enough, 128 MiB a buffer may not be.
+///
+/// Their storage textures a stage are used on software Vulkan, where frames of clips are fetched faster that way; a device of an engine's own that allows
+/// none fetches them as cards do.
 pub fn wanted_limits(adapter: &wgpu::Limits) -> wgpu::Limits {
     wgpu::Limits {
         max_storage_buffer_binding_size: adapter.max_storage_buffer_binding_size,

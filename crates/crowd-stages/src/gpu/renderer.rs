@@ -332,7 +332,7 @@ impl CrowdRenderer {
         let mut up = Uploader { device, queue, bytes: 0 };
         let motion = Motion::new(&mut up, &self.crowd, &self.frame, self.options.max_instances, plan)?;
         self.memory.motion = motion.bytes;
-        self.trial.note_fades(true);
+        self.trial.note_fades(plan.stretches.iter().any(|stretch| stretch.fade_s > 0.0));
         self.motion = Some(motion);
         Ok(())
     }

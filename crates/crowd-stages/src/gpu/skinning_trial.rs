@@ -16,7 +16,7 @@ pub struct SkinningChoice {
     pub way: Skinning,
     /// Whether it stays: asked for, refused, measured to its end, or all there is to choose where somebody may fade.
     pub is_settled: bool,
-    /// Somebody may fade, so [`Skinning::Auto`] takes palettes and measures nothing.
+    /// Somebody may fade, or did once, so [`Skinning::Auto`] takes palettes and measures nothing.
     pub fades: bool,
     /// GPU milliseconds a frame, medians of [`Skinning::WAYS`], once measured.
     pub measured_ms: Option<[f32; 3]>,

@@ -199,7 +199,7 @@ fn measure_count(
     }
     for contender in contenders.iter().filter(|c| c.variant.technique == Technique::Bucketed) {
         let options = contender.variant.options(plan.detail.draw);
-        if let Some(words) = skinning_words(&backend.skinning(options)) {
+        if let Some(words) = skinning_words(&backend.skinning(options), options.skinning) {
             talk.say(&format!("{}: {words}", contender.variant));
         }
     }

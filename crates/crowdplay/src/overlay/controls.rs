@@ -105,12 +105,17 @@ pub(super) fn drawing(ui: &mut Ui, knobs: &mut Knobs, readings: &Readings) {
             }
         })
         .response
-        .on_hover_text(stats::skinning_words(choice).unwrap_or_else(|| format!("now: {}", choice.way.name())));
+        .on_hover_text(
+            stats::skinning_words(choice, knobs.draw.skinning).unwrap_or_else(|| format!("now: {}", choice.way.name())),
+        );
         ui.label(match &choice.measured_ms {
             Some([vertex, palettes, compute]) => {
                 format!("now {}: {vertex:.1}, {palettes:.1}, {compute:.1} ms a frame", choice.way.name())
             }
             None if choice.refused.is_some() => format!("now {}: others do not fit", choice.way.name()),
+            None if stats::takes_palettes_for_fades(choice, knobs.draw.skinning) => {
+                format!("now {}: somebody may fade", choice.way.name())
+            }
             None => format!("now {}", choice.way.name()),
         });
     }
