@@ -223,7 +223,7 @@ mod tests {
         let table_lines = page.lines().filter(|line| line.starts_with('|'));
         let bars_in = |line: &str| line.replace("\\|", "").matches('|').count();
         for line in table_lines {
-            assert!([8, 16].contains(&bars_in(line)), "{line}");
+            assert!([8, 18].contains(&bars_in(line)), "{line}");
         }
     }
 }
