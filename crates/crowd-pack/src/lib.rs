@@ -16,6 +16,7 @@ mod manifest;
 mod read_pack;
 mod records;
 mod store_joint;
+pub mod whole_file;
 mod write_pack;
 
 pub use contents::{Pack, PackContents, WriteReport};

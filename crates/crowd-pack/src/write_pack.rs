@@ -3,8 +3,7 @@
 use crate::check_contents::check_contents;
 use crate::check_manifest::encode_manifest;
 use crate::layout::{SECTIONS, align_up, join_sections, section_count, version_of};
-use crate::{Error, ImageRecord, ImpostorRecord, PackContents, Result, WriteReport};
-use std::io::Write;
+use crate::{Error, ImageRecord, ImpostorRecord, PackContents, Result, WriteReport, whole_file};
 use std::path::Path;
 
 impl PackContents {
@@ -60,13 +59,13 @@ impl PackContents {
     /// Writes under a temporary name in the same folder and renames: the old file or the new one, never half.
     ///
     /// The bytes are on the disk before the rename. The file gets the permissions of any new file. Links are followed,
-    /// devices and pipes written to directly.
+    /// devices and pipes written to directly, missing folders made ([`whole_file`]).
     ///
     /// # Errors
     /// What [`Self::to_bytes`] refuses, and [`Error::Io`] with the path; the old file is untouched then.
     pub fn write(&self, path: &Path) -> Result<WriteReport> {
         let bytes = self.to_bytes()?;
-        write_whole(path, &bytes).map_err(|source| Error::Io { path: path.to_owned(), source })?;
+        whole_file::write(path, &bytes).map_err(|source| Error::Io { path: path.to_owned(), source })?;
         let manifest_bytes = encode_manifest(&self.manifest)?;
         let sections = self.sections(&manifest_bytes);
         let written = &sections[..section_count(version_of(&sections))];
@@ -99,50 +98,5 @@ impl PackContents {
             cast_slice(&self.impostors),
             &self.impostor_bytes,
         ]
-    }
-}
-
-/// Writes a file as a whole or not at all. A link is followed: what it points to is replaced.
-fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    if is_device(path) {
-        return std::fs::write(path, bytes);
-    }
-    let target = if path.is_symlink() { path.canonicalize()? } else { path.to_owned() };
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".").suffix(".crowdpack.tmp");
-    // Temporary files are private by default; the umask takes away from this what the user does not want to share.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder)?;
-    file.write_all(bytes)?;
-    file.as_file().sync_all()?;
-    file.persist(&target)?;
-    // The rename lasts through a power cut only once the folder is on the disk. The new file is in place by now, so a
-    // system that cannot sync folders is no failure of ours.
-    #[cfg(unix)]
-    let _ = std::fs::File::open(folder).and_then(|folder| folder.sync_all());
-    Ok(())
-}
-
-/// Devices and pipes (`/dev/null`) are written to: renaming would put a file in their place.
-fn is_device(path: &Path) -> bool {
-    path.metadata().is_ok_and(|meta| !meta.is_file() && !meta.is_dir())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn devices_are_told_from_files() {
-        assert!(!is_device(Path::new(env!("CARGO_MANIFEST_DIR"))));
-        assert!(!is_device(&Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml")));
-        assert!(!is_device(Path::new("no such file")));
-        #[cfg(unix)]
-        assert!(is_device(Path::new("/dev/null")));
     }
 }

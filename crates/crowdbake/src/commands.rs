@@ -13,7 +13,7 @@ use crate::compare::{self, CompareRequest, Contender};
 use crate::error::{BakeError, Cause, DONE, INPUT_REFUSED, Step, USAGE};
 use crate::explain::Explanation;
 use crate::inspect::{inspect_asset, inspect_pack};
-use crate::output::{expect_writable, make_folder_of, print, refuse_inputs, refuse_twins, write_whole};
+use crate::output::{expect_writable, print, refuse_inputs, refuse_twins, write_whole};
 use crate::picture::{PictureRequest, Pose, draw_picture, refuse_large_picture};
 use crate::plan::{Plan, make_plan};
 use crate::report::{CharacterReport, PackReport, Report, SCHEMA_VERSION, SectionReport, refused_inputs, to_json};
@@ -187,7 +187,6 @@ fn write_pack(
         let seconds = since.elapsed().as_secs_f64();
         talk.note(format_args!("impostors of {px} texels: {} bytes, {seconds:.1} s", crate::inspect::grouped(bytes)));
     }
-    make_folder_of(&args.output)?;
     let written: WriteReport = contents.write(&args.output).map_err(|error| BakeError::whole(Step::Write, error))?;
     talk.note(format_args!(
         "{}: {}, {} bytes",

@@ -1,7 +1,7 @@
 //! Films: frames piped as pictures into ffmpeg, where that is installed.
 
-use crate::picture::is_device;
 use crate::{Error, Result};
+use crowd_pack::whole_file::{folder_of, target_of, temporary};
 use std::io::{Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -102,32 +102,15 @@ impl Film {
     /// [`Error::Machine`] where there is no ffmpeg, [`Error::Output`] where the folder cannot be written to.
     pub fn begin(path: &Path, dt_s: f32) -> Result<Self> {
         let refused = |source| Error::Output { path: path.to_owned(), source };
-        let target = match path {
-            path if is_device(path) => None,
-            path if path.is_symlink() => Some(path.canonicalize().map_err(refused)?),
-            path => Some(path.to_owned()),
-        };
-        let folder = match &target {
-            // Films are not written in one go: a pipe gets the whole one.
-            None => std::env::temp_dir(),
-            Some(target) => {
-                target.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new(".")).to_owned()
-            }
-        };
+        let target = target_of(path).map_err(refused)?;
+        // Films are not written in one go: a pipe gets the whole one.
+        let folder = target.as_deref().map_or_else(std::env::temp_dir, |target| folder_of(target).to_owned());
         std::fs::create_dir_all(&folder).map_err(refused)?;
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         // ffmpeg knows the format by the ending.
         let suffix = format!(".{ending}");
         remove_leftovers(&folder);
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(PREFIX).suffix(&suffix);
-        #[cfg(unix)]
-        {
-            // Like any file a program makes: the umask decides, not the temporary file's 0600.
-            use std::os::unix::fs::PermissionsExt;
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let (lock, unfinished) = begin_file(&builder, &folder).map_err(refused)?;
+        let (lock, unfinished) = begin_file(&temporary(PREFIX, &suffix), &folder).map_err(refused)?;
         let said = tempfile::tempfile().map_err(refused)?;
         let rate_hz = if dt_s > 0.0 { (1.0 / dt_s).clamp(0.01, 1000.0) } else { 30.0 };
         let mut command = Command::new("ffmpeg");

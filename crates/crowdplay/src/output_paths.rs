@@ -1,10 +1,8 @@
 //! No output may fall on an input or on another output, however the two are spelled.
 
-use crate::picture::is_device;
 use crate::plan::{CameraPlan, FeedPlan, HeadlessPlan, LayoutPlan, MotionPlanWord, Plan, Show, WindowPlan};
 use crate::{Error, Result};
-use std::ffi::OsStr;
-use std::io::{self, ErrorKind};
+use crowd_pack::whole_file::{self, is_device};
 use std::path::{Component, Path, PathBuf};
 
 /// Refuses a picture or report that would replace the pack, the layout file, the camera path, or one another. Devices
@@ -54,71 +52,10 @@ pub fn outputs(plan: &Plan) -> Vec<PathBuf> {
 /// # Errors
 /// [`Error::Output`] where it cannot.
 pub fn expect_writable(path: &Path) -> Result<()> {
-    let refused = |source| Error::Output { path: path.to_owned(), source };
     if path == Path::new("-") {
         return Ok(());
     }
-    let no_name = || refused(io::Error::new(ErrorKind::IsADirectory, "is a folder, a file name is needed"));
-    if path.is_dir() {
-        return Err(no_name());
-    }
-    if is_device(path) {
-        return Ok(());
-    }
-    let target = if path.is_symlink() { path.canonicalize().map_err(refused)? } else { path.to_owned() };
-    let name = target.file_name().ok_or_else(no_name)?;
-    let (there, missing) = split_missing(target.parent().unwrap_or(Path::new(""))).map_err(refused)?;
-    try_in(&there, &missing, name).map_err(refused)
-}
-
-/// Makes a file in a folder that is there, or the missing folders and the file within a temporary one, and removes them again.
-fn try_in(there: &Path, missing: &Path, name: &OsStr) -> io::Result<()> {
-    if missing.as_os_str().is_empty() {
-        return match there.join(name).symlink_metadata() {
-            Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
-            _ => tempfile::tempfile_in(there).map(drop),
-        };
-    }
-    let trial = tempfile::Builder::new().prefix(".crowdplay-").suffix(".tmp").tempdir_in(there)?;
-    let folder = trial.path().join(missing);
-    std::fs::create_dir_all(&folder)?;
-    std::fs::File::create_new(folder.join(name))?;
-    trial.close()
-}
-
-/// What is there of a folder, and what is to be made below it. Links that lead nowhere can be neither.
-fn split_missing(folder: &Path) -> io::Result<(PathBuf, PathBuf)> {
-    let refused = |path: &Path, kind, what: &str| {
-        Err(io::Error::new(kind, format!("{} {what}, a folder is needed", path.display())))
-    };
-    let (mut there, mut missing) = (PathBuf::new(), PathBuf::new());
-    for component in folder.components() {
-        match component {
-            Component::CurDir => continue,
-            // What is missing will be made as real folders: above is above.
-            Component::ParentDir if missing.pop() => continue,
-            Component::Normal(name) if !missing.as_os_str().is_empty() => {
-                missing.push(name);
-                continue;
-            }
-            other => there.push(other),
-        }
-        match there.metadata() {
-            Ok(found) if found.is_dir() => {}
-            Ok(_) => return refused(&there, ErrorKind::NotADirectory, "is a file"),
-            Err(_) if matches!(component, Component::Prefix(_)) => {}
-            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
-            Err(error) if there.is_symlink() => return refused(&there, error.kind(), "is a link that leads nowhere"),
-            Err(_) => {
-                missing.extend(there.file_name());
-                there.pop();
-            }
-        }
-    }
-    if there.as_os_str().is_empty() {
-        there.push(".");
-    }
-    Ok((there, missing))
+    whole_file::expect_writable(path).map_err(|source| Error::Output { path: path.to_owned(), source })
 }
 
 fn inputs(plan: &Plan) -> Vec<(&'static str, &Path)> {
@@ -191,41 +128,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_can_be_made_is_told_from_what_cannot_and_nothing_is_left() {
+    fn standard_output_can_be_written_to_and_a_folder_cannot() {
+        assert!(expect_writable(Path::new("-")).is_ok());
         let folder = tempfile::tempdir().unwrap();
-        let root = folder.path();
-        std::fs::write(root.join("file"), b"x").unwrap();
-        let (long, fits) = ("n".repeat(300), "n".repeat(200));
-        let mut refused = vec!["file/a".to_owned(), long.clone(), format!("{long}/a"), format!("new/{long}/a")];
-        refused.extend([format!("new/{long}"), "new/../file/a".to_owned(), String::new()]);
-        let fine = ["a", "file", "new/deep/a", "new/../a", "new/../../a", &fits, &format!("{fits}/{fits}")];
-        let mut fine = fine.map(str::to_owned).to_vec();
-        #[cfg(unix)]
-        {
-            std::fs::create_dir(root.join("there")).unwrap();
-            for (target, link) in [("gone", "nowhere"), ("there", "somewhere"), ("there/a", "linked"), ("self", "self")]
-            {
-                std::os::unix::fs::symlink(target, root.join(link)).unwrap();
-            }
-            std::fs::write(root.join("there/a"), b"x").unwrap();
-            refused.extend(["nowhere", "nowhere/a", "nowhere/new/a", "new/../nowhere/a", "self/a"].map(str::to_owned));
-            fine.extend(["linked", "somewhere/a", "somewhere/new/a", "somewhere/../new/a"].map(str::to_owned));
-        }
-        let listing = || {
-            let mut names: Vec<_> = std::fs::read_dir(root).unwrap().map(|item| item.unwrap().file_name()).collect();
-            names.sort();
-            names
-        };
-        let before = listing();
-        for path in &refused {
-            let error = expect_writable(&root.join(path)).expect_err(path);
-            assert!(matches!(error, Error::Output { .. }), "{path}: {error}");
-        }
-        for path in &fine {
-            expect_writable(&root.join(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
-        }
-        expect_writable(Path::new("-")).unwrap();
-        assert_eq!(listing(), before);
+        assert!(matches!(expect_writable(folder.path()), Err(Error::Output { .. })));
+        assert!(expect_writable(&folder.path().join("a/b")).is_ok());
     }
 
     #[test]

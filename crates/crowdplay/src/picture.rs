@@ -69,37 +69,12 @@ impl Picture {
     }
 }
 
-/// Writes under a temporary name in the same folder and renames: the old file or the new one, never half.
+/// Writes a file as a whole or not at all ([`crowd_pack::whole_file::write`]).
 ///
-/// Folders that are missing are made. Links are followed, devices and pipes written to directly.
+/// # Errors
+/// [`Error::Output`] where it cannot.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
-    write_whole(path, bytes).map_err(|source| Error::Output { path: path.to_owned(), source })
-}
-
-fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    if is_device(path) {
-        return std::fs::write(path, bytes);
-    }
-    let target = if path.is_symlink() { path.canonicalize()? } else { path.to_owned() };
-    let folder = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder)?;
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".crowdplay-").suffix(".tmp");
-    #[cfg(unix)]
-    {
-        // Like any file a program makes: the umask decides, not the temporary file's 0600.
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder.tempfile_in(folder)?;
-    file.write_all(bytes)?;
-    file.persist(&target)?;
-    Ok(())
-}
-
-/// Devices and pipes (`/dev/null`) are written to: renaming would put a file in their place.
-pub fn is_device(path: &Path) -> bool {
-    path.metadata().is_ok_and(|meta| !meta.is_file() && !meta.is_dir())
+    crowd_pack::whole_file::write(path, bytes).map_err(|source| Error::Output { path: path.to_owned(), source })
 }
 
 /// Writes to standard output; a reader that has gone away is no failure.

@@ -2,9 +2,10 @@
 
 use crate::cli::{BakeOptions, ExportArgs};
 use crate::error::{BakeError, Cause, DONE, Step};
-use crate::output::{expect_folder_writable, expect_writable, folder_of, refuse_inputs, write_whole};
+use crate::output::{expect_folder_writable, expect_writable, refuse_inputs, write_whole};
 use crate::talk::Talk;
 use crate::unpack::{Unpacked, choose_character, open, triangle_target};
+use crowd_pack::whole_file::folder_of;
 use crowd_pack::{LodRecord, ManifestTarget};
 use std::path::{Path, PathBuf};
 
