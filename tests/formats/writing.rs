@@ -40,14 +40,18 @@ fn a_failed_write_leaves_the_old_file() {
 }
 
 #[test]
-fn a_missing_folder_or_file_is_named() {
+fn missing_folders_are_made_and_what_is_in_the_way_is_named() {
     let folder = tempfile::tempdir().unwrap();
-    let nowhere = folder.path().join("no/where.crowdpack");
     let contents = tiny_pack::contents(AnimationLayout::Premultiplied3x4);
-    for error in [contents.write(&nowhere).unwrap_err(), Pack::open(&nowhere).unwrap_err()] {
-        assert!(matches!(&error, Error::Io { path, .. } if *path == nowhere), "{error}");
+    fs::write(folder.path().join("file"), "not a folder").unwrap();
+    let (nowhere, below) = (folder.path().join("no/where.crowdpack"), folder.path().join("file/where.crowdpack"));
+    for (error, asked) in [(contents.write(&below).unwrap_err(), &below), (Pack::open(&nowhere).unwrap_err(), &nowhere)]
+    {
+        assert!(matches!(&error, Error::Io { path, .. } if path == asked), "{error}");
         assert!(error.to_string().contains("where.crowdpack"));
     }
+    contents.write(&nowhere).unwrap();
+    Pack::open(&nowhere).unwrap();
     assert!(matches!(Pack::open(folder.path()), Err(Error::Io { .. })), "a folder is not a pack");
 }
 
