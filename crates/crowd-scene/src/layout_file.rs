@@ -159,10 +159,12 @@ mod tests {
         let text = include_str!("../../../fixtures/scenes/layout.txt");
         let named = |name: &str| Kind {
             name: name.into(),
-            clip_names: vec!["idle".into(), "walk".into()],
-            clip_durations_s: vec![2.0, 1.0],
+            clip_names: vec!["idle".into(), "walk".into(), "clip 0".into()],
+            clip_durations_s: vec![2.0, 1.0, 3.0],
             ..Kind::default()
         };
+        let blank = "# crowd layout v1\n0 0 0 0 1 \"Old Mara\" \"Clip 0\" 0.5\n";
+        assert_eq!(parse_layout(blank, &[named("mara"), named("Old Mara")], &[]).expect("in quotes")[0].clip, 2);
         assert_eq!(parse_layout(text, &[named("mara"), named("oskar")], &[]).expect("a fixture").len(), 66);
         let message = parse_layout(text, &[named("mara")], &[]).expect_err("no oskar").to_string();
         assert!(message.contains("line 4: found `oskar`, expected character"), "{message}");

@@ -1,4 +1,4 @@
-//! The lines of our text files: a heading, comments from `#` to the line's end, numbers between blanks.
+//! The lines of our text files: a heading, comments from `#` to the line's end, words between blanks, or between quotes (`"clip 0"`).
 
 use crate::{Error, Result};
 
@@ -21,9 +21,35 @@ pub(crate) fn lines_after<'a>(text: &'a str, heading: &str) -> Result<impl Itera
         return Err(wrong(1, first, &format!("`{heading}`")));
     }
     Ok(text.lines().enumerate().skip(1).filter_map(|(index, line)| {
-        let words: Vec<&str> = line.split('#').next().unwrap_or("").split_whitespace().take(32).collect();
+        let words = words_of(line);
         (!words.is_empty()).then_some(Line { number: index + 1, words })
     }))
+}
+
+/// The first 32 words of a line. What stands in quotes is one word, blanks and `#` with it; a quote that is not closed goes to the line's end and
+/// stays with its word, so that who looks the word up refuses it as it was written.
+fn words_of(line: &str) -> Vec<&str> {
+    let mut words = Vec::new();
+    let mut rest = line.trim_start();
+    while !rest.is_empty() && !rest.starts_with('#') && words.len() < 32 {
+        let quoted = rest.strip_prefix('"').and_then(|inner| inner.split_once('"'));
+        let word = match quoted {
+            Some((word, after)) => {
+                rest = after;
+                word
+            }
+            None if rest.starts_with('"') => std::mem::take(&mut rest).trim_end(),
+            None => {
+                let end = rest.find(|c: char| c.is_whitespace() || c == '#').unwrap_or(rest.len());
+                let (word, after) = rest.split_at(end);
+                rest = after;
+                word
+            }
+        };
+        words.push(word);
+        rest = rest.trim_start();
+    }
+    words
 }
 
 impl Line<'_> {
@@ -109,4 +135,26 @@ pub(crate) fn wrong(line: usize, found: &str, expected: &str) -> Error {
     let quoted: String = found.chars().take(60).collect();
     let found = if quoted.is_empty() { "nothing".to_owned() } else { format!("`{}`", quoted.escape_debug()) };
     Error::Format { line, found, expected: expected.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::words_of;
+
+    #[test]
+    fn words_stand_between_blanks_or_quotes() {
+        for (line, words) in [
+            ("", &[][..]),
+            ("  # 1 2", &[]),
+            (" 1  2\t3# 4", &["1", "2", "3"]),
+            ("CesiumMan \"clip 0\" 0.5", &["CesiumMan", "clip 0", "0.5"]),
+            ("\"a # b\" c # d", &["a # b", "c"]),
+            ("\"\" \"Armature|Walk\"2", &["", "Armature|Walk", "2"]),
+            ("1 \"not closed # 3 ", &["1", "\"not closed # 3"]),
+            ("it\"s one", &["it\"s", "one"]),
+        ] {
+            assert_eq!(words_of(line), words, "{line:?}");
+        }
+        assert_eq!(words_of(&"1 ".repeat(100)).len(), 32);
+    }
 }
