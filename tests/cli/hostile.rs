@@ -173,9 +173,17 @@ fn every_oddity_is_refused_or_counted() {
             with(|s| s.indices.chunks_exact_mut(3).for_each(|t| t.swap(0, 1))),
             Baked(&["turned-surfaces", "face away from their own normals"]),
         ),
-        ("joint_shrinks_to_nothing", with(|s| s.end_scale = 0.0), Baked(&[])),
+        (
+            "joint_shrinks_to_nothing",
+            with(|s| s.end_scale = 0.0),
+            Baked(&["joints-vanish", "1 joint without size in 1 of"]),
+        ),
         ("joint_turns_inside_out", with(|s| s.end_scale = -1.0), Baked(&[])),
-        ("joint_grows_out_of_range", with(|s| s.end_scale = 1.0e30), Refused(&["palettes"])),
+        (
+            "joint_grows_out_of_range",
+            with(|s| s.end_scale = 1.0e30),
+            Refused(&["clip `", "joint `", "allowed up to 1e6"]),
+        ),
         ("one_triangle", with(|s| s.indices.truncate(3)), Baked(&["1 triangles down to 1"])),
         ("no_triangle", with(|s| s.indices.truncate(2)), Refused(&["at least one triangle"])),
         ("one_place", with(|s| s.positions.fill([1.0; 3])), Refused(&["degenerate"])),
@@ -251,4 +259,47 @@ fn more_vertices_than_sixteen_bits_count_make_a_pack_and_a_glb() {
     assert!(pack.contents().vertices.len() > 1 << 16, "{}", pack.contents().vertices.len());
     bench.run(&["export", "@out.crowdpack", "--ratio", "1", "-o", "@full.glb"]).expect(0);
     bench.run(&["inspect", "@full.glb"]).expect(0);
+}
+
+#[test]
+fn numbers_that_no_pack_holds_cost_their_own_character_alone() {
+    let bench = Bench::new();
+    let quad = |scale: &str, vt: &str| {
+        format!(
+            "v 0 0 0\nv 1{scale} 0 0\nv 1{scale} 1{scale} 0\nv 0 1{scale} 0\nvt {vt} 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"
+        )
+    };
+    bench.write("good.obj", quad("", "0"));
+    bench.write("speck.obj", quad("e-38", "0"));
+    bench.write("far_texture.obj", quad("", "1e20"));
+    bench.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 1 1e-40 1\nv 0 1e-40 1\nf 1 2 3 4\n");
+    let done = bench.run(&["bake", "@good.obj", "@speck.obj", "@far_texture.obj", "@flat.obj", "-o", "@out.crowdpack"]);
+    done.expect(1).says(&["speck: ", "far_texture: uvs-repaired", "became 0, 0"]);
+    let pack = Pack::open(&bench.path("out.crowdpack")).expect("the pack is whole");
+    let names: Vec<&str> = pack.contents().manifest.characters.iter().map(|one| one.name.as_str()).collect();
+    assert_eq!(names, ["good", "far_texture", "flat"]);
+    bench.run(&["verify", "@out.crowdpack"]).expect(0);
+}
+
+#[test]
+fn clips_that_all_count_nothing_are_refused_by_the_option() {
+    let bench = Bench::new();
+    ball().write(&bench, "ball");
+    let done = bench.run(&["bake", "@ball.gltf", "-o", "@out.crowdpack", "--clip-weight", "grow=0"]);
+    done.expect(1).says(&["all clips have the weight 0", "--clip-weight"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn pipes_that_nobody_writes_to_are_refused() {
+    let bench = Bench::new();
+    let made =
+        std::process::Command::new("mkfifo").arg(bench.path("pipe.glb")).arg(bench.path("pipe.crowdpack")).status();
+    if !made.is_ok_and(|status| status.success()) {
+        eprintln!("ignored: no mkfifo here");
+        return;
+    }
+    for words in [["inspect", "@pipe.glb"], ["inspect", "@pipe.crowdpack"], ["verify", "@pipe.crowdpack"]] {
+        bench.run(&words).expect(1).says(&["plain file"]);
+    }
 }

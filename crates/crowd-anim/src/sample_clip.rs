@@ -109,17 +109,17 @@ fn check_matrices(clip: &ClipView<'_>, frame_count: u32, joint_count: usize) -> 
 /// The first node, from the root down, with a translation track, and where it goes.
 fn measure_root_motion(skeleton: &Skeleton, clip: &ClipView<'_>, ends: &[Vec<DMat4>; 2]) -> RootMotion {
     let moved = clip.tracks.iter().filter(|track| track.property == Property::Translation);
-    let Some(node) = moved.map(|track| track.node).min_by_key(|&node| (depth(skeleton, node), node)) else {
+    // Parents come first.
+    let mut depths = vec![0_u32; skeleton.parents.len()];
+    for (node, parent) in skeleton.parents.iter().enumerate() {
+        depths[node] = parent.map_or(0, |parent| depths[parent as usize] + 1);
+    }
+    let Some(node) = moved.map(|track| track.node).min_by_key(|&node| (depths[node as usize], node)) else {
         return RootMotion::default();
     };
     let [first, last] = ends.each_ref().map(|nodes| origin(&nodes[node as usize]));
     let travel = last - first;
     RootMotion { node: Some(node), displacement_m: travel.as_vec3().to_array() }
-}
-
-/// Nodes above this one.
-fn depth(skeleton: &Skeleton, node: u32) -> u32 {
-    std::iter::successors(Some(node), |&node| skeleton.parents[node as usize]).count() as u32
 }
 
 fn measure_loop_gap(joints: &[Joint], ends: &[Vec<DMat4>; 2], root_motion: RootMotion) -> f32 {

@@ -17,6 +17,10 @@ impl Pack {
     /// [`Error::Io`] with the path, and what [`Pack::from_bytes`] refuses.
     pub fn open(path: &Path) -> Result<Self> {
         let io_error = |source| Error::Io { path: path.to_owned(), source };
+        // Looked at before it is opened: a pipe that nobody writes to would hold us for ever.
+        if !std::fs::metadata(path).map_err(io_error)?.is_file() {
+            return Err(io_error(std::io::Error::new(std::io::ErrorKind::InvalidInput, "is no plain file")));
+        }
         let mut file = File::open(path).map_err(io_error)?;
         let found_bytes = file.metadata().map_err(io_error)?.len();
         refuse_above("bytes of the pack", found_bytes, limits::PACK_BYTES)?;

@@ -47,6 +47,14 @@ impl PackContents {
         });
     }
 
+    /// Everything that a reader of the pack relies on.
+    ///
+    /// # Errors
+    /// The same as of [`crate::Pack::from_bytes`].
+    pub fn check(&self) -> Result<()> {
+        check_contents(self)
+    }
+
     /// The file's bytes. The same contents give the same bytes.
     ///
     /// # Errors

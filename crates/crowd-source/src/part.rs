@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use crate::limits::POSITION_M;
+use crate::limits::{POSITION_M, UV};
 use crate::{RawMesh, RawPart};
 
 /// A part's own vertices and triangles, in the common bind space. Per-vertex arrays have one entry per vertex.
@@ -31,6 +31,14 @@ pub(crate) fn all_degenerate(count: u64) -> String {
 pub(crate) fn is_too_far(position: &[f32; 3]) -> bool {
     position.iter().any(|c| c.abs() > POSITION_M)
 }
+
+/// True for texture coordinates that show a place of a texture.
+pub(crate) fn is_uv(uv: &[f32; 2]) -> bool {
+    uv.iter().all(|c| c.abs() <= UV)
+}
+
+/// What is said about others.
+pub(crate) const NO_UV: &str = "texture coordinates that are no numbers, or more than 10000 textures off, became 0, 0";
 
 /// What is said about such a position.
 pub(crate) fn too_far(position: &[f32; 3]) -> String {

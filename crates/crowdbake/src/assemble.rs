@@ -35,6 +35,18 @@ pub fn assemble(characters: &[BakedCharacter], layout: AnimationLayout) -> Resul
     Ok(pack.contents)
 }
 
+/// A height at rest below this share of the radius is rounding.
+const FLAT: f32 = 1.0e-6;
+
+/// Sees that a pack can hold the character, so that a number that it cannot hold is this character's fault and not that of all.
+///
+/// # Errors
+/// What reading the pack would refuse.
+pub(crate) fn expect_storable(baked: &BakedCharacter, layout: AnimationLayout) -> Result<(), BakeError> {
+    let contents = assemble(std::slice::from_ref(baked), layout)?;
+    contents.check().map_err(|error| BakeError::of(Step::Assemble, &baked.name, Cause::NotStorable { error }))
+}
+
 /// Adds impostors to a pack, one entry a character.
 pub fn add_impostors(contents: &mut PackContents, impostors: &[BakedImpostors]) {
     for one in impostors {
@@ -300,7 +312,8 @@ impl Assembly {
 fn manifest_measured(baked: &BakedCharacter, level: &BakedLevel) -> ManifestMeasured {
     let error = &level.error.surface;
     let (max_clip, max_frame) = clip_of_frame(baked, error.max_frame);
-    let px_per_m = if baked.height_m > 0.0 { REFERENCE_HEIGHT_PX / baked.height_m } else { 0.0 };
+    // Something flat, but for rounding, has no height that it could be shown at.
+    let px_per_m = if baked.height_m > FLAT * baked.bounds.radius { REFERENCE_HEIGHT_PX / baked.height_m } else { 0.0 };
     ManifestMeasured {
         vertex_count: level.vertex_count,
         triangle_count: (level.indices.len() / 3) as u32,

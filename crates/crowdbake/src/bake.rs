@@ -1,14 +1,15 @@
 //! The steps of a bake, in order: load, select clips, sample, quantize, simplify, bound, levels.
 
 use crate::appearance::ShownTextures;
-use crate::assemble::{used_materials, vertex_records};
+use crate::assemble::{expect_storable, used_materials, vertex_records};
 use crate::bake_levels::{BakedLevels, LevelsAsked, bake_levels};
 use crate::error::{BakeError, Cause, Step};
 use crate::inspect::AnimationInspection;
 use crate::ordered_mesh::OrderedMesh;
 use crate::plan::{Plan, PlanEntry};
 use crate::pose::{Mat3x4, pose_positions};
-use crate::select_clips::{matching_clips, select_clips};
+use crate::sample::{frame_factors, sample_clips, warn_of_vanishing};
+use crate::select_clips::select_clips;
 use crate::size::{height_of, resize, warn_of_size};
 use crate::store_animation::{StoredAnimation, store_animation};
 use crate::talk::Talk;
@@ -22,10 +23,6 @@ use crowd_source::{Limits, RawCharacter, Warning};
 use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;
-
-/// Matrices over all frames of one character: bounds what sampling may allocate (112 bytes each as sampled, 1.75 GiB; as many again as
-/// they are stored).
-const MATRICES: u64 = 1 << 24;
 
 /// A coarsest level above this share of the triangles, and above this many of them, is worth a warning: a far crowd
 /// member should cost little.
@@ -98,7 +95,8 @@ pub(crate) fn bake_plan(plan: &Plan, strict: bool, talk: &Talk<'_>) -> Vec<Resul
         .map(|entry| {
             let started = Instant::now();
             let watch = ShareWatch::new(talk, &entry.name);
-            let result = bake_character(entry, strict, &|step, share| watch.tell(step, share));
+            let result = bake_character(entry, strict, &|step, share| watch.tell(step, share))
+                .and_then(|baked| expect_storable(&baked, plan.animation_layout).map(|()| baked));
             watch.finish();
             match &result {
                 Ok(baked) => say_baked(talk, baked, started.elapsed().as_secs_f64()),
@@ -139,6 +137,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         sample_clips(&raw, entry.fps).map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
     clock.lap(Step::Sample);
 
+    let vanishing = warn_of_vanishing(&raw, &sampled);
     let mesh = views::quantize(&raw.mesh);
     let used: Vec<u32> = raw.mesh.triangles.iter().flatten().copied().collect();
     let height_m = height_at_rest(&mesh, &used, &rest_palette);
@@ -214,7 +213,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     // Who says a size knows it.
     let odd_size = || warn_of_size(baked.height_m, baked.bounds.radius);
     let odd_size = if entry.size.is_some() { None } else { odd_size() };
-    let odd = warn_of_high_floor(&baked).into_iter().chain(odd_size);
+    let odd = warn_of_high_floor(&baked).into_iter().chain(odd_size).chain(vanishing);
     let odd: Vec<Warning> = odd.collect();
     baked.warnings.extend(odd);
     Ok(baked)
@@ -227,56 +226,6 @@ pub fn warning_sentence(warning: &Warning) -> String {
         return format!("{code}: {place}: {message}");
     }
     format!("{code} x {count}: {place}: {message}")
-}
-
-/// Samples all clips, or the pose at rest where there is none; and the pose at rest for pictures and the height.
-pub(crate) fn sample_clips(raw: &RawCharacter, fps: f32) -> Result<(Vec<SampledClip>, Vec<Mat3x4>), Cause> {
-    let frames = raw.clips.iter().map(|clip| (f64::from(views::clip_end_s(clip)) * f64::from(fps)).ceil() + 1.0);
-    let matrices = frames.sum::<f64>() * raw.joints.len() as f64;
-    if matches!(matrices.partial_cmp(&(MATRICES as f64)), None | Some(std::cmp::Ordering::Greater)) {
-        return Err(Cause::Limit {
-            what: "matrices over all frames",
-            found: matrices as u64,
-            allowed: MATRICES,
-            remedy: "keep fewer clips with --clips or sample with a lower --fps",
-        });
-    }
-    let (skeleton, joints) = (views::skeleton_of(raw), views::joints_of(raw));
-    let rest = crowd_anim::rest_clip(&skeleton, &joints)?;
-    let rest_palette = rest.palettes.clone();
-    if raw.clips.is_empty() {
-        return Ok((vec![rest], rest_palette));
-    }
-    let sampled: Result<Vec<_>, _> = raw
-        .clips
-        .par_iter()
-        .map(|clip| crowd_anim::sample_clip(&skeleton, &joints, &views::clip_view(clip), fps))
-        .collect();
-    Ok((sampled?, rest_palette))
-}
-
-/// For each frame that is kept of all clips, how much it counts; empty where all count alike. A frame stands for those that were
-/// left out beside it, so a clip counts by its time, however few of its frames are kept.
-fn frame_factors(
-    sampled: &[SampledClip],
-    kept: &[SampledClip],
-    clip_weights: &[(String, f32)],
-) -> Result<Vec<f32>, Cause> {
-    let mut factors = vec![1.0_f32; kept.len()];
-    for (asked, weight) in clip_weights {
-        let names = kept.iter().map(|clip| clip.name.as_str());
-        for index in matching_clips(names, asked)? {
-            factors[index] *= weight;
-        }
-    }
-    for ((factor, sampled), kept) in factors.iter_mut().zip(sampled).zip(kept) {
-        *factor *= sampled.frame_count as f32 / kept.frame_count.max(1) as f32;
-    }
-    if factors.iter().all(|factor| *factor == 1.0) {
-        return Ok(Vec::new());
-    }
-    let frames = kept.iter().zip(&factors);
-    Ok(frames.flat_map(|(clip, &factor)| std::iter::repeat_n(factor, clip.frame_count as usize)).collect())
 }
 
 fn simplify(
@@ -562,25 +511,6 @@ impl<'a, 't> ShareWatch<'a, 't> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crowd_anim::RootMotion;
-
-    #[test]
-    fn a_clip_counts_by_its_time_however_few_frames_are_kept() {
-        let clip = |(name, frame_count): (&str, u32)| SampledClip {
-            name: name.to_owned(),
-            duration_s: 1.0,
-            frame_count,
-            palettes: Vec::new(),
-            worlds: Vec::new(),
-            root_motion: RootMotion::default(),
-            loop_gap_m: 0.0,
-        };
-        let of = |counts: [u32; 2]| ["idle", "walk"].into_iter().zip(counts).map(clip).collect::<Vec<_>>();
-        assert_eq!(frame_factors(&of([6, 3]), &of([6, 3]), &[]).expect("no names"), Vec::<f32>::new());
-        assert_eq!(frame_factors(&of([6, 3]), &of([2, 3]), &[]).expect("no names"), [3.0, 3.0, 1.0, 1.0, 1.0]);
-        let twice = [("walk".to_owned(), 2.0)];
-        assert_eq!(frame_factors(&of([6, 2]), &of([2, 2]), &twice).expect("one is there"), [3.0, 3.0, 2.0, 2.0]);
-    }
 
     #[test]
     fn a_warning_says_its_count_once() {

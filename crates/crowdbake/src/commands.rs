@@ -462,6 +462,9 @@ fn print_config(args: &PrintConfigArgs, out: &mut dyn Write, talk: &Talk<'_>) ->
     let mut plan = make_plan(&args.inputs, &args.options, None);
     plan.ask_for_levels(&args.levels);
     let code = say_plan(&plan, talk);
+    if let Some(entry) = plan.entries.iter().find(|entry| entry.path.to_str().is_none()) {
+        return Err(BakeError::whole(Step::Plan, Cause::NameNotText { path: entry.path.clone() }));
+    }
     print(out, &crate::crowd_toml::write(&plan))?;
     Ok(code)
 }

@@ -162,6 +162,37 @@ pub enum Cause {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// A manifest is text, the name is none.
+    #[error("{}: the name is no UTF-8 text, which a manifest needs; rename the file", .path.display())]
+    NameNotText {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A clip moves or scales a joint beyond all sizes.
+    #[error(
+        "clip `{clip}` at {seconds:.2} s: joint `{joint}`: numbers up to {found:e}, allowed up to 1e6; the file moves or scales it there"
+    )]
+    PoseTooLarge {
+        /// The clip.
+        clip: String,
+        /// When.
+        seconds: f32,
+        /// The joint's node.
+        joint: String,
+        /// The largest number of its matrix.
+        found: f32,
+    },
+    /// All clips have the weight 0.
+    #[error("all clips have the weight 0, one must count; see --clip-weight, or clip_weights in the manifest")]
+    NothingWeighs,
+    /// A measured number is none, or none that a pack holds.
+    #[error(
+        "{error}; numbers of this size come of very large or very small ones in the file: scale it to metres, and its texture coordinates to few textures"
+    )]
+    NotStorable {
+        /// What is wrong, where.
+        error: crowd_pack::Error,
+    },
     /// A size was asked for that a character cannot have.
     #[error(
         "--scale or --height: {factor} times the file's size, allowed a number with which all lies within 1000000 m"

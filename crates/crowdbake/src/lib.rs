@@ -30,6 +30,7 @@ pub mod plan;
 pub mod pose;
 pub mod report;
 pub mod report_page;
+mod sample;
 mod select_clips;
 pub mod size;
 pub mod store_animation;

@@ -259,7 +259,11 @@ fn expand(input: &Path, plan: &mut Plan) -> Result<Vec<Found>, PlanError> {
 }
 
 fn expand_manifest(path: &Path, plan: &mut Plan) -> Result<Vec<Found>, PlanError> {
-    let text = std::fs::read_to_string(path).map_err(|source| PlanError::Io { path: path.to_owned(), source })?;
+    let io = |source| PlanError::Io { path: path.to_owned(), source };
+    if !std::fs::metadata(path).map_err(io)?.is_file() {
+        return Err(io(std::io::Error::new(std::io::ErrorKind::InvalidInput, "is no plain file")));
+    }
+    let text = std::fs::read_to_string(path).map_err(io)?;
     let manifest = crowd_toml::read(&text).map_err(|wrong| PlanError::Config {
         path: path.to_owned(),
         key: wrong.key,

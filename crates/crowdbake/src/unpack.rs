@@ -36,7 +36,10 @@ impl Opened {
 /// True when the file begins like a pack or is named like one.
 pub fn is_pack(path: &Path) -> bool {
     let mut magic = [0_u8; 8];
-    let begins = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == MAGIC;
+    // A pipe that nobody writes to would hold us for ever.
+    let begins = path.is_file()
+        && std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok()
+        && magic == MAGIC;
     begins || path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("crowdpack"))
 }
 

@@ -68,6 +68,7 @@ pub fn run(
     stdout: &mut dyn Write,
     stderr: &mut dyn Write,
 ) -> u8 {
+    bound_threads();
     let words: Vec<OsString> = args.into_iter().map(Into::into).collect();
     let asked = match words.get(1).and_then(|word| word.to_str()) {
         Some(bench::NAME) => bench::parse(words.into_iter().skip(1)).map(|asked| Asked::Bench(Box::new(asked))),
@@ -91,6 +92,17 @@ pub fn run(
             let _ = writeln!(stderr, "crowdplay: error: {error}");
             error.exit_code()
         }
+    }
+}
+
+/// The most threads that are worked on, whatever RAYON_NUM_THREADS asks for: what `crowdbake --jobs` allows.
+const MOST_THREADS: usize = 256;
+
+fn bound_threads() {
+    let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|text| text.parse::<usize>().ok());
+    if asked.is_some_and(|threads| threads > MOST_THREADS) {
+        // Whoever made the pool before us chose its size.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(MOST_THREADS).build_global();
     }
 }
 

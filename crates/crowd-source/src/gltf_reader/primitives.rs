@@ -12,7 +12,7 @@ use super::influences::{Influence, keep_four_strongest};
 use super::materials::TextureUse;
 use crate::Result;
 use crate::names::name_or;
-use crate::part::DEGENERATE;
+use crate::part::{DEGENERATE, NO_UV, is_uv};
 use crate::refusal::{Asset, Warnings};
 
 /// JOINTS_n and WEIGHTS_n that are looked at: 32 influences a vertex, of which four stay. Bounds memory.
@@ -216,12 +216,12 @@ impl<'a> Geometry<'a, '_> {
         let mut repaired = 0;
         for uv in &mut uvs {
             *uv = texture.apply(*uv);
-            if !uv.iter().all(|c| c.is_finite()) {
+            if !is_uv(uv) {
                 *uv = [0.0; 2];
                 repaired += 1;
             }
         }
-        warnings.add("uvs-repaired", place, repaired, "texture coordinates that are no finite numbers became 0, 0");
+        warnings.add("uvs-repaired", place, repaired, NO_UV);
         Ok(uvs)
     }
 

@@ -14,7 +14,8 @@ use std::path::PathBuf;
 use crate::folder::Folder;
 use crate::names::{name_or, shorten};
 use crate::part::{
-    DEGENERATE, PartMesh, all_degenerate, append_part, complete_normals, is_too_far, too_far, weld_vertices,
+    DEGENERATE, NO_UV, PartMesh, all_degenerate, append_part, complete_normals, is_too_far, is_uv, too_far,
+    weld_vertices,
 };
 use crate::refusal::{Asset, Warnings};
 use crate::turned_surfaces::{TURNED, count_turned};
@@ -50,9 +51,11 @@ pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<R
     for (model_name, material, meshes) in group_models(&models) {
         let place = format!("object `{}`", shorten(model_name));
         let mut part = PartMesh::default();
+        let mut repaired_uvs = 0;
         for model in meshes {
-            unify_indices(asset, &place, &cleaned, model, &mut part)?;
+            repaired_uvs += unify_indices(asset, &place, &cleaned, model, &mut part)?;
         }
+        warnings.add("uvs-repaired", &place, repaired_uvs, NO_UV);
         if part.triangles.is_empty() {
             continue;
         }
@@ -154,16 +157,17 @@ fn group_models(models: &[tobj::Model]) -> Vec<(&str, Option<usize>, Vec<&tobj::
 
 /// Dong 2019 §5.2, Algorithm 1: a vertex for every combination of position and texture point that faces use (and normal,
 /// which the paper computes later), so that one index serves all attributes. Departs: a hash map finds the
-/// combinations, where the paper searches.
+/// combinations, where the paper searches. Returns how many vertices have no texture coordinates that can be.
 fn unify_indices(
     asset: Asset<'_>,
     place: &str,
     cleaned: &clean::Cleaned,
     model: &tobj::Mesh,
     part: &mut PartMesh,
-) -> Result<()> {
+) -> Result<u64> {
     let mut universal: HashMap<[u32; 3], u32> = HashMap::with_capacity(model.positions.len() / 3);
     let mut corners = Vec::with_capacity(model.indices.len());
+    let mut repaired_uvs = 0;
     for (at, &position) in model.indices.iter().enumerate() {
         let texture = model.texcoord_indices.get(at).copied();
         let normal = model.normal_indices.get(at).copied();
@@ -181,7 +185,9 @@ fn unify_indices(
             part.positions.push(point);
             let [u, v] = texture.map_or([0.0; 2], |t| numbers(&model.texcoords, t));
             // OBJ counts v upwards, glTF downwards.
-            part.uvs.push(if u.is_finite() && v.is_finite() { [u, 1.0 - v] } else { [0.0; 2] });
+            let uv = [u, 1.0 - v];
+            repaired_uvs += u64::from(!is_uv(&uv));
+            part.uvs.push(if is_uv(&uv) { uv } else { [0.0; 2] });
             if cleaned.has_normals {
                 part.normals.push(normal.map_or([0.0; 3], |n| numbers(&model.normals, n)));
             }
@@ -206,7 +212,7 @@ fn unify_indices(
         triangulate_polygon(&part.positions, face, &mut part.triangles);
         rest = after;
     }
-    Ok(())
+    Ok(repaired_uvs)
 }
 
 fn numbers<const N: usize>(list: &[f32], index: u32) -> [f32; N] {

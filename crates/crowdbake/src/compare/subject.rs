@@ -1,9 +1,9 @@
 //! A character ready to be simplified and judged: what the simplifier sees, and the poses it does not see.
 
-use crate::bake::sample_clips;
 use crate::error::{BakeError, Step};
 use crate::plan::PlanEntry;
 use crate::pose::Mat3x4;
+use crate::sample::sample_clips;
 use crate::size::{SizeAsked, resize};
 use crate::views::{self, QuantizedMesh};
 use crowd_anim::SampledClip;

@@ -1,6 +1,6 @@
 use super::*;
-use crate::bake::sample_clips;
 use crate::pose::{palette_at, pose_positions};
+use crate::sample::sample_clips;
 use crowd_source::{Limits, RawInterpolation, RawProperty, RawTrack};
 use std::path::Path;
 

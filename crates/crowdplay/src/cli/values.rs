@@ -18,7 +18,11 @@ pub(super) fn views() -> impl TypedValueParser<Value = View> {
 
 pub(super) fn finite(text: &str) -> Result<f32, String> {
     let value: f32 = text.trim().parse().map_err(|_| format!("found {text:?}, allowed a number"))?;
-    if value.is_finite() { Ok(value) } else { Err(format!("found {text}, allowed a finite number")) }
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(format!("found {text}, allowed a number of single precision, at most 3.4e38 either way"))
+    }
 }
 
 pub(super) fn within(text: &str, least: f32, greatest: f32) -> Result<f32, String> {
