@@ -150,7 +150,7 @@ pub fn to_markdown(rows: &[SurveyRow], fps: f32) -> String {
          that share their position with another one of different texture coordinate or material. Classes as in Peng 2011, \
          section 4.2, counted on wedges. Lowest: triangles of the coarsest level under `--coarsest last`. Error: largest distance to full detail over \
          the measured frames, at about 25 % and 5 % of the triangles, in percent of the height. Seconds: one bake under the \
-         default criteria, alone on the machine that made this table.\n\n\
+         default criteria, by the clock, with whatever else the machine did meanwhile.\n\n\
          | asset | vertices in file | vertices split | triangles | seam wedges | fixed / companion / regular | clips (frames) | lowest `wedge` | lowest `peng2011` | max error 25 % / 5 % | s | pack bytes | warnings |\n\
          |---|---|---|---|---|---|---|---|---|---|---|---|---|\n"
     );

@@ -64,7 +64,7 @@ pub fn open(path: &Path, options: &BakeOptions) -> Result<Opened, BakeError> {
     Ok(Opened::Baked(Box::new(crate::assemble::assemble(&baked, plan.animation_layout)?)))
 }
 
-/// The character that `--character` means: the named one, or the only one.
+/// The character that `--character` means: the named one, whatever the case if none is spelt so, or the only one.
 ///
 /// # Errors
 /// No such name, or several characters and no name.
@@ -74,7 +74,11 @@ pub fn choose_character(contents: &PackContents, name: Option<&str>) -> Result<u
     let cause = match name {
         None if names.len() == 1 => return Ok(0),
         None => Cause::CharacterNeeded { count: names.len(), found: found() },
-        Some(asked) => match names.iter().position(|name| *name == asked) {
+        Some(asked) => match names
+            .iter()
+            .position(|name| *name == asked)
+            .or_else(|| names.iter().position(|name| name.eq_ignore_ascii_case(asked)))
+        {
             Some(index) => return Ok(index),
             None => Cause::CharacterNotFound { asked: asked.to_owned(), found: found() },
         },

@@ -1,6 +1,6 @@
 //! The explanation as lines for people.
 
-use super::{Cause, Explanation, Place, Target};
+use super::{Cause, Explanation, Furthest, Place, Target};
 use crate::inspect::grouped;
 use crate::units::{length, percent};
 use std::fmt::Write;
@@ -94,8 +94,7 @@ fn write_target(out: &mut String, target: &Target, clips: &[&str]) {
     }
     out.push('\n');
     if !target.furthest.is_empty() {
-        let places: Vec<String> =
-            target.furthest.iter().map(|place| format!("{} {}", place.joint, length(place.max_m))).collect();
+        let places: Vec<String> = target.furthest.iter().map(|place| furthest_words(place, &target.furthest)).collect();
         let _ = writeln!(out, "                furthest off at joints {}", places.join(", "));
     }
 }
@@ -110,4 +109,11 @@ fn write_place(out: &mut String, place: &Place) {
     let _ = write!(out, " at joint {}", place.joint);
     let causes: Vec<String> = place.causes.iter().map(|(cause, count)| format!("{count} {}", cause.name())).collect();
     let _ = writeln!(out, ": {}", causes.join(", "));
+}
+
+/// A joint and how far off; with the material where the joint moves several.
+fn furthest_words(place: &Furthest, all: &[Furthest]) -> String {
+    let several = all.iter().filter(|other| other.joint == place.joint).count() > 1;
+    let of = if several { format!(" ({})", place.material) } else { String::new() };
+    format!("{}{of} {}", place.joint, length(place.max_m))
 }
