@@ -9,6 +9,7 @@ mod frames;
 mod hostile;
 mod inputs;
 mod levels;
+mod materials;
 mod outputs;
 mod pictures;
 mod processes;

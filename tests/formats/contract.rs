@@ -1,4 +1,4 @@
-//! `fixtures/packs/v3` and `v4` load and mean what they meant, for our reader and for one that knows only `docs/FORMAT.md`; `packs/v1` and
+//! `fixtures/packs/v3`, `v4` and `v5` load and mean what they meant, for our reader and for one that knows only `docs/FORMAT.md`; `packs/v1` and
 //! `packs/v2` are refused by their versions.
 
 use crate::independent_reader::{Reader, crc32};
@@ -14,6 +14,7 @@ const FILES: [(&str, AnimationLayout, JointStorage); 4] = [
 ];
 
 const IMPOSTORS: &str = "fixtures/packs/v4/tiny_impostors.crowdpack";
+const FINISHES: &str = "fixtures/packs/v5/tiny_finishes.crowdpack";
 
 fn fixture(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
@@ -54,6 +55,41 @@ fn a_pack_with_impostors_has_the_committed_bytes_of_version_4() {
     );
 }
 
+/// `REWRITE_PACKS_V5=1` writes the file anew.
+#[test]
+fn a_pack_with_finishes_has_the_committed_bytes_of_version_5() {
+    let contents = tiny_pack::with_finishes();
+    let bytes = contents.to_bytes().unwrap();
+    if std::env::var_os("REWRITE_PACKS_V5").is_some() {
+        std::fs::write(fixture(FINISHES), &bytes).unwrap();
+    }
+    assert!(std::fs::read(fixture(FINISHES)).unwrap() == bytes, "did the format change without its version?");
+    assert_eq!(*Pack::open(&fixture(FINISHES)).unwrap().contents(), contents);
+    let pack = Reader::new(&bytes);
+    assert_eq!(pack.version, 5);
+    check_manifest(&pack);
+    let finishes = pack.finishes();
+    assert_eq!(finishes.materials.len(), 3);
+    let full = &finishes.materials[0];
+    assert_eq!(full.numbers, [0.75, 0.5, 1.0, 0.5, 0.0, 10.0]);
+    assert_eq!(full.optional_numbers, [vec![1.5], vec![0.5, 1.0, 2.0, 3.0], vec![0.5, 0.25, 1.0, 0.75]]);
+    let texture = |image, wraps, weight| Some((image, wraps, weight));
+    let wanted = [
+        texture(0, 0, 1.0),
+        texture(1, 0b0110, -2.0),
+        texture(0, 0b1001, 0.25),
+        texture(1, 0b0101, 1.0),
+        texture(0, 0, 1.0),
+        None,
+        texture(0, 0, 1.0),
+    ];
+    assert_eq!((full.textures, full.blend), (wanted, true));
+    let plain = &finishes.materials[2];
+    assert_eq!((plain.numbers, plain.textures, plain.blend), ([0.0, 1.0, 0.0, 0.0, 0.0, 1.0], [None; 7], false));
+    assert_eq!(finishes.names, [vec!["coat"], vec!["bumps", ""], vec!["", "rig"]]);
+    assert_eq!(pack.finish_image(1), &tiny_pack::PNG[..70]);
+}
+
 #[test]
 fn committed_files_load() {
     for (path, layout, storage) in FILES {
@@ -68,7 +104,7 @@ fn packs_of_older_versions_are_refused_by_number() {
     for version in [1, 2] {
         for name in ["tiny.crowdpack", "tiny_split_layout.crowdpack"] {
             let error = Pack::open(&fixture(&format!("fixtures/packs/v{version}/{name}"))).unwrap_err();
-            assert!(matches!(error, Error::Version { found, supported: 4 } if found == version), "{error}");
+            assert!(matches!(error, Error::Version { found, supported: 5 } if found == version), "{error}");
             assert!(error.to_string().ends_with("bake the pack again"), "{error}");
         }
     }

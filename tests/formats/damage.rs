@@ -42,8 +42,12 @@ fn every_flipped_byte_is_refused() {
 }
 
 #[test]
-fn damaged_impostors_are_refused() {
-    let whole = tiny_pack::with_impostors().to_bytes().unwrap();
+fn damaged_impostors_and_finishes_are_refused() {
+    every_damage_is_refused(tiny_pack::with_impostors().to_bytes().unwrap());
+    every_damage_is_refused(tiny_pack::with_finishes().to_bytes().unwrap());
+}
+
+fn every_damage_is_refused(whole: Vec<u8>) {
     for length in 0..whole.len() {
         let error = Pack::from_bytes(&whole[..length]).expect_err("a shorter file was accepted");
         assert!(is_named(&error), "{length} bytes: {error}");

@@ -7,7 +7,7 @@ pub struct Reader<'a> {
     file: &'a [u8],
     /// Name, bytes and element size of each section.
     sections: Vec<(String, &'a [u8], usize)>,
-    /// 3 or 4.
+    /// 3 to 5.
     pub version: u32,
     /// The manifest.
     pub generator: String,
@@ -57,6 +57,26 @@ pub struct LevelTable {
     pub bound_m: f32,
 }
 
+/// What materials have beside their base colour, and the names of images, finish images and skins.
+pub struct Finishes {
+    /// One a material.
+    pub materials: Vec<Finish>,
+    /// Three lists.
+    pub names: [Vec<String>; 3],
+}
+
+/// Of one material.
+pub struct Finish {
+    /// Metalness, roughness, emission and its strength.
+    pub numbers: [f32; 6],
+    /// Index of refraction, specular, base colour; empty where there is none.
+    pub optional_numbers: [Vec<f32>; 3],
+    /// Metal and roughness, normal, occlusion, emission, specular, specular colour, base colour: image, wraps, weight.
+    pub textures: [Option<(u32, u8, f32)>; 7],
+    /// BLEND.
+    pub blend: bool,
+}
+
 /// A source curve.
 pub struct Track {
     /// Node.
@@ -76,12 +96,8 @@ impl<'a> Reader<'a> {
     pub fn new(file: &'a [u8]) -> Self {
         assert_eq!(&file[..8], b"CROWDPK\0");
         let version = u32_at(file, 8);
-        let section_count = if version == 3 { 18 } else { 20 };
-        assert_eq!(
-            (version == 3 || version == 4, u32_at(file, 12)),
-            (true, section_count),
-            "version and section count"
-        );
+        let section_count = [18, 20, 23][version as usize - 3];
+        assert_eq!(u32_at(file, 12), section_count, "section count");
         assert_eq!((u64_at(file, 16), u64_at(file, 24)), (file.len(), 64), "file length and table");
         let table_end = 64 + 40 * section_count as usize;
         assert_eq!(u32_at(file, 32), crc32(&file[64..table_end]));
@@ -236,6 +252,24 @@ impl<'a> Reader<'a> {
         &self.file[first..first + length]
     }
 
+    /// The bytes of an image of the finishes.
+    pub fn finish_image(&self, index: usize) -> &'a [u8] {
+        let record = self.element("finish_images", index);
+        let (start, length) = (u64_at(record, 0), u64_at(record, 8));
+        let first = self.element("finish_bytes", start).as_ptr() as usize - self.file.as_ptr() as usize;
+        &self.file[first..first + length]
+    }
+
+    /// Section 4: the finishes.
+    pub fn finishes(&self) -> Finishes {
+        let bytes = &self.sections.iter().find(|(name, ..)| name == "finishes").expect("it is in the table").1;
+        let mut at = Cursor { bytes, at: 0 };
+        let materials = at.list(Cursor::finish);
+        let names = [0; 3].map(|_| at.list(Cursor::string));
+        assert_eq!(at.at, bytes.len(), "the finishes are used up");
+        Finishes { materials, names }
+    }
+
     /// Texels that a character's impostors are wide and high.
     pub fn impostor_size(&self, character: usize) -> (u32, u32) {
         let record = self.element("impostors", character);
@@ -365,6 +399,31 @@ impl Cursor<'_> {
         let _where = [self.varint(), self.varint()];
         let rest = self.floats(5);
         [distances[0], distances[1], rest[0], rest[1], rest[2], rest[3], rest[4]]
+    }
+
+    fn texture(&mut self) -> Option<(u32, u8, f32)> {
+        (self.byte() == 1).then(|| (self.varint() as u32, self.byte(), self.floats(1)[0]))
+    }
+
+    fn optional(&mut self, count: usize) -> Vec<f32> {
+        if self.byte() == 1 { self.floats(count) } else { Vec::new() }
+    }
+
+    fn finish(&mut self) -> Finish {
+        let surface = self.floats(2);
+        let [metal, normal, occlusion] = [0; 3].map(|_| self.texture());
+        let light = self.floats(4);
+        let emission = self.texture();
+        let (ior, specular) = (self.optional(1), self.optional(4));
+        let [specular_texture, specular_color] = [0; 2].map(|_| self.texture());
+        let blend = self.byte() == 1;
+        let (color, base) = if self.byte() == 1 { (self.floats(4), self.texture()) } else { (Vec::new(), None) };
+        Finish {
+            numbers: [surface[0], surface[1], light[0], light[1], light[2], light[3]],
+            optional_numbers: [ior, specular, color],
+            textures: [metal, normal, occlusion, emission, specular_texture, specular_color, base],
+            blend,
+        }
     }
 
     fn string(&mut self) -> String {

@@ -250,6 +250,43 @@ fn every_broken_rule_of_impostors_is_named() {
     }
 }
 
+/// How to break a rule of finishes, and what the message has to say.
+const BROKEN_FINISHES: &[(&str, Break)] = &[
+    ("finishes: materials", |p| p.finishes.materials.truncate(2)),
+    ("finishes: image names", |p| p.finishes.image_names.clear()),
+    ("finishes: names of finish images", |p| p.finishes.finish_image_names.push("x".into())),
+    ("finishes: skin names", |p| p.finishes.skin_names.clear()),
+    ("section finish_images: elements", |p| p.finishes = Default::default()),
+    ("finish image 1: byte offset", |p| p.finish_images[1].byte_offset = 64),
+    ("finish image 0: width", |p| p.finish_images[0].width = 0),
+    ("finish image 1: bytes", |p| p.finish_images[1].byte_count = u64::MAX),
+    ("section finish_bytes: bytes", |p| p.finish_bytes.push(0)),
+    ("material 0: metalness", |p| p.finishes.materials[0].metallic = 1.5),
+    ("material 1: metalness", |p| p.finishes.materials[1].roughness = f32::NAN),
+    ("material 0: metalness", |p| p.finishes.materials[0].emissive[2] = -1.0),
+    ("material 0: metalness", |p| p.finishes.materials[0].occlusion.as_mut().unwrap().weight = 2.0),
+    ("material 0: emissive strength", |p| p.finishes.materials[0].emissive_strength = f32::INFINITY),
+    ("material 0: index of refraction", |p| p.finishes.materials[0].ior = Some(0.5)),
+    ("material 0: specular", |p| p.finishes.materials[0].specular = Some([2.0, 0.0, 0.0, 0.0])),
+    ("material 0: base colour", |p| p.finishes.materials[0].base.as_mut().unwrap().color[3] = f32::NAN),
+    ("material 0: texture: image", |p| p.finishes.materials[0].normal.as_mut().unwrap().image = 2),
+    ("material 0: texture: image", |p| p.finishes.materials[0].specular_texture.as_mut().unwrap().image = NONE),
+    ("material 0: texture: wraps", |p| p.finishes.materials[0].normal.as_mut().unwrap().wraps = 3),
+    ("material 0: texture: wraps", |p| p.finishes.materials[0].normal.as_mut().unwrap().wraps = 16),
+    ("material 0: texture: weight", |p| p.finishes.materials[0].normal.as_mut().unwrap().weight = f32::NAN),
+];
+
+#[test]
+fn every_broken_rule_of_finishes_is_named() {
+    for (number, (place, break_rule)) in BROKEN_FINISHES.iter().enumerate() {
+        let mut contents = tiny_pack::with_finishes();
+        assert!(contents.to_bytes().is_ok());
+        break_rule(&mut contents);
+        let error = contents.to_bytes().err().unwrap_or_else(|| panic!("rule {number}, {place}: accepted"));
+        assert!(error.to_string().contains(place), "rule {number}: {error}, wanted {place}");
+    }
+}
+
 /// A few bytes that promise many texels are refused before anyone decodes them.
 #[test]
 fn too_many_texels_of_impostors_are_a_limit() {

@@ -1,10 +1,11 @@
 //! Two characters small enough to check by hand: a flag of two triangles and a tetrahedron with a cut edge.
 
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, ImpostorRecord, JointStorage, LevelRecord, LevelSetRecord, LodRecord,
-    Manifest, ManifestBlocked, ManifestCharacter, ManifestClip, ManifestContact, ManifestDiscrete, ManifestJoint,
-    ManifestLevel, ManifestMeasured, ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTarget,
-    ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord, material_flags, store_frame,
+    AnimationLayout, CharacterRecord, ClipRecord, Finish, FinishBase, FinishTexture, Finishes, ImpostorRecord,
+    JointStorage, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestBlocked, ManifestCharacter, ManifestClip,
+    ManifestContact, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured, ManifestMeasuring, ManifestNode,
+    ManifestPart, ManifestSeams, ManifestTarget, ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord,
+    material_flags, store_frame,
 };
 
 /// A PNG of 2 x 2 pixels: red, white; white, blue.
@@ -47,6 +48,37 @@ pub fn with_impostors() -> PackContents {
         // Nobody decodes them here.
         pack.add_impostors(shape, &PNG, &PNG[..70]);
     }
+    pack
+}
+
+/// The pack with finishes: the first material has everything, the second nothing, the third lives by names alone.
+pub fn with_finishes() -> PackContents {
+    let mut pack = contents(AnimationLayout::Premultiplied3x4);
+    let image = pack.add_finish_image(&PNG, 2, 2, 0);
+    let other = pack.add_finish_image(&PNG[..70], 2, 1, 0);
+    let texture = |image, wraps, weight| Some(FinishTexture { image, wraps, weight });
+    let full = Finish {
+        metallic: 0.75,
+        roughness: 0.5,
+        metallic_roughness: texture(image, 0, 1.0),
+        normal: texture(other, 0b0110, -2.0),
+        occlusion: texture(image, 0b1001, 0.25),
+        emissive: [1.0, 0.5, 0.0],
+        emissive_strength: 10.0,
+        emissive_texture: texture(other, 0b0101, 1.0),
+        ior: Some(1.5),
+        specular: Some([0.5, 1.0, 2.0, 3.0]),
+        specular_texture: texture(image, 0, 1.0),
+        specular_color_texture: None,
+        blend: true,
+        base: Some(FinishBase { color: [0.5, 0.25, 1.0, 0.75], texture: texture(image, 0, 1.0) }),
+    };
+    pack.finishes = Finishes {
+        materials: vec![full, Finish::default(), Finish::default()],
+        image_names: vec!["coat".to_owned()],
+        finish_image_names: vec!["bumps".to_owned(), String::new()],
+        skin_names: vec![String::new(), "rig".to_owned()],
+    };
     pack
 }
 

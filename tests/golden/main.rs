@@ -11,7 +11,9 @@ fn sections_of(path: &Path) -> Vec<String> {
     let name = path.file_name().expect("a fixture is a file").to_string_lossy().into_owned();
     let contents = crowdbake::bake_file(path).unwrap_or_else(|error| panic!("{error}"));
     let bytes = contents.to_bytes().unwrap_or_else(|error| panic!("{name}: {error}"));
-    let table = bytes[HEADER_BYTES..].chunks_exact(ENTRY_BYTES).zip(SECTIONS);
+    // Behind the table of an older version lies something else.
+    let count = u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes"));
+    let table = bytes[HEADER_BYTES..].chunks_exact(ENTRY_BYTES).zip(SECTIONS).take(count as usize);
     let line = |(entry, (section, _)): (&[u8], (&str, u32))| {
         let byte_count = u64::from_le_bytes(entry[24..32].try_into().expect("eight bytes"));
         let checksum = u32::from_le_bytes(entry[36..40].try_into().expect("four bytes"));

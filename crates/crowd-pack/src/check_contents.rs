@@ -5,11 +5,12 @@
 use crate::check_impostors::check_impostors;
 use crate::check_levels::{CoveredLevels, check_level_set};
 use crate::check_manifest::check_manifest;
+use crate::finishes::check_finishes;
 use crate::layout::{ALIGNMENT, align_up, format_error, refuse_above};
 use crate::store_joint::find_fault;
 use crate::{
-    AnimationLayout, CharacterRecord, JointStorage, LodRecord, NONE, PackContents, Result, VertexRecord, limits,
-    material_flags, vertex_class,
+    AnimationLayout, CharacterRecord, ImageRecord, JointStorage, LodRecord, NONE, PackContents, Result, VertexRecord,
+    limits, material_flags, vertex_class,
 };
 use std::fmt::Display;
 use std::ops::Range;
@@ -17,13 +18,14 @@ use std::ops::Range;
 /// Everything a reader relies on.
 pub(crate) fn check_contents(contents: &PackContents) -> Result<()> {
     check_counts(contents)?;
-    check_images(contents)?;
+    check_image_records("image", "image_bytes", &contents.images, &contents.image_bytes)?;
     let mut covered = Covered::default();
     for index in 0..contents.characters.len() {
         check_character(contents, index, &mut covered)?;
     }
     covered.expect_all(contents)?;
     check_impostors(contents)?;
+    check_finishes(contents)?;
     check_manifest(contents)
 }
 
@@ -66,6 +68,7 @@ impl Covered {
 fn check_counts(contents: &PackContents) -> Result<()> {
     refuse_above("characters", contents.characters.len() as u64, limits::CHARACTERS)?;
     refuse_above("images", contents.images.len() as u64, limits::IMAGES)?;
+    refuse_above("finish images", contents.finish_images.len() as u64, limits::IMAGES)?;
     for (name, count) in [
         ("vertices", contents.vertices.len()),
         ("triangles", contents.triangles.len()),
@@ -90,11 +93,10 @@ fn check_counts(contents: &PackContents) -> Result<()> {
 }
 
 /// Images lie one after the other at multiples of 64, with zeros between, and nothing behind the last but such zeros.
-fn check_images(contents: &PackContents) -> Result<()> {
-    let bytes = &contents.image_bytes;
+pub(crate) fn check_image_records(name: &str, section: &str, images: &[ImageRecord], bytes: &[u8]) -> Result<()> {
     let mut end = 0;
-    for (index, image) in contents.images.iter().enumerate() {
-        let place = |field: &str| format!("image {index}: {field}");
+    for (index, image) in images.iter().enumerate() {
+        let place = |field: &str| format!("{name} {index}: {field}");
         let start = align_up(end);
         expect(image.byte_offset == start as u64, || place("byte offset"), image.byte_offset, || start.to_string())?;
         let left = bytes.len().saturating_sub(start);
@@ -111,8 +113,8 @@ fn check_images(contents: &PackContents) -> Result<()> {
     }
     let allowed = || format!("{end}, or {} with zeros up to a multiple of {ALIGNMENT}", align_up(end));
     let fits = bytes.len() == end || bytes.len() == align_up(end);
-    expect(fits, || "section image_bytes: bytes", bytes.len(), allowed)?;
-    expect_zeros(bytes, end..bytes.len(), || "section image_bytes: end".to_owned())
+    expect(fits, || format!("section {section}: bytes"), bytes.len(), allowed)?;
+    expect_zeros(bytes, end..bytes.len(), || format!("section {section}: end"))
 }
 
 fn check_character(contents: &PackContents, index: usize, covered: &mut Covered) -> Result<()> {

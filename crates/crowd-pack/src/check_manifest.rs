@@ -1,4 +1,4 @@
-//! Encodes, decodes and checks the manifest: bincode 2, standard configuration, with a byte limit.
+//! Encodes and decodes sections that are one value, and checks the manifest: bincode 2, standard configuration, with a byte limit.
 
 use crate::check_contents::{expect, expect_finite};
 use crate::layout::{format_error, refuse_above};
@@ -6,6 +6,8 @@ use crate::{
     CharacterRecord, LevelRecord, LevelSetRecord, Manifest, ManifestCharacter, ManifestClip, ManifestMeasured,
     ManifestTarget, ManifestTrack, PackContents, Result, limits, obstacle,
 };
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
 
 fn configuration() -> impl bincode::config::Config {
@@ -14,21 +16,31 @@ fn configuration() -> impl bincode::config::Config {
 
 /// The manifest's bytes.
 pub(crate) fn encode_manifest(manifest: &Manifest) -> Result<Vec<u8>> {
-    let bytes = bincode::serde::encode_to_vec(manifest, configuration())
-        .map_err(|error| format_error("manifest", error, "what bincode can encode"))?;
-    refuse_above("bytes of the manifest", bytes.len() as u64, limits::MANIFEST_BYTES as u64)?;
+    encode_value("manifest", manifest)
+}
+
+/// The manifest of these bytes.
+pub(crate) fn decode_manifest(bytes: &[u8]) -> Result<Manifest> {
+    decode_value("manifest", bytes)
+}
+
+/// The bytes of a section that is one value.
+pub(crate) fn encode_value(section: &str, value: &impl Serialize) -> Result<Vec<u8>> {
+    let bytes = bincode::serde::encode_to_vec(value, configuration())
+        .map_err(|error| format_error(section, error, "what bincode can encode"))?;
+    refuse_above(&format!("bytes of the {section}"), bytes.len() as u64, limits::MANIFEST_BYTES as u64)?;
     Ok(bytes)
 }
 
-/// The manifest of these bytes, which it must use up and give back unchanged (no second way to write one manifest).
-pub(crate) fn decode_manifest(bytes: &[u8]) -> Result<Manifest> {
-    refuse_above("bytes of the manifest", bytes.len() as u64, limits::MANIFEST_BYTES as u64)?;
-    let (manifest, used): (Manifest, usize) = bincode::serde::decode_from_slice(bytes, configuration())
-        .map_err(|error| format_error("manifest", error, "a bincode manifest of this version"))?;
-    expect(used == bytes.len(), || "manifest: bytes used", used, || bytes.len().to_string())?;
-    let same = encode_manifest(&manifest)? == bytes;
-    expect(same, || "manifest: encoding", "a longer one", || "the shortest".to_owned())?;
-    Ok(manifest)
+/// The value of these bytes, which it must use up and give back unchanged (no second way to write one value).
+pub(crate) fn decode_value<T: Serialize + DeserializeOwned>(section: &str, bytes: &[u8]) -> Result<T> {
+    refuse_above(&format!("bytes of the {section}"), bytes.len() as u64, limits::MANIFEST_BYTES as u64)?;
+    let (value, used): (T, usize) = bincode::serde::decode_from_slice(bytes, configuration())
+        .map_err(|error| format_error(section, error, format!("a bincode {section} of this version")))?;
+    expect(used == bytes.len(), || format!("{section}: bytes used"), used, || bytes.len().to_string())?;
+    let same = encode_value(section, &value)? == bytes;
+    expect(same, || format!("{section}: encoding"), "a longer one", || "the shortest".to_owned())?;
+    Ok(value)
 }
 
 /// The manifest against the records; those are checked already.

@@ -1,8 +1,8 @@
 //! A pack in memory: [`PackContents`] owned for writing, [`Pack`] checked for reading.
 
 use crate::{
-    CharacterRecord, ClipRecord, ImageRecord, ImpostorRecord, LevelRecord, LevelSetRecord, LodRecord, Manifest,
-    ManifestMeasured, MaterialRecord, NONE, Texel, VertexRecord,
+    CharacterRecord, ClipRecord, Finishes, ImageRecord, ImpostorRecord, LevelRecord, LevelSetRecord, LodRecord,
+    Manifest, ManifestMeasured, MaterialRecord, NONE, Texel, VertexRecord,
 };
 
 /// Everything that goes into a pack. All characters share one section per kind of data (Dong 2019 §5).
@@ -48,6 +48,12 @@ pub struct PackContents {
     pub impostors: Vec<ImpostorRecord>,
     /// Their encoded pictures, each starting at a multiple of 64.
     pub impostor_bytes: Vec<u8>,
+    /// What materials have beside their base colour, and names; for exports.
+    pub finishes: Finishes,
+    /// Images of the finishes; identical ones are stored once. Not for drawing.
+    pub finish_images: Vec<ImageRecord>,
+    /// They, encoded, each starting at a multiple of 64.
+    pub finish_bytes: Vec<u8>,
 }
 
 /// What was written.
@@ -132,6 +138,7 @@ impl PackContents {
 /// - Images lie within `image_bytes` at multiples of 64; materials name existing images. Images are not decoded.
 /// - Impostors are there for every character or for none, all of one shape; their pictures cover `impostor_bytes` at multiples of 64. They
 ///   are not decoded.
+/// - Finishes are there for every material or for none; their textures name existing images, which lie as the others do.
 /// - The manifest has as many joints, clips and materials as the records; parents come before children; tracks lie within
 ///   `track_values` and have rising times; character names are unique, clip names within their character.
 /// - Every number is finite and every count within [`crate::limits`].

@@ -2,7 +2,7 @@
 //!
 //! Knows bytes only; what the sections mean is checked in `check_contents`.
 
-use crate::{Error, FORMAT_VERSION, MAGIC, PLAIN_VERSION, Result, limits};
+use crate::{Error, FORMAT_VERSION, IMPOSTORS_VERSION, MAGIC, PLAIN_VERSION, Result, limits};
 
 #[cfg(target_endian = "big")]
 compile_error!(
@@ -20,8 +20,8 @@ const HEADER_CHECKED_BYTES: usize = 60;
 /// Bytes of a section's name, zero-padded.
 const NAME_BYTES: usize = 16;
 
-/// Names and element sizes of the sections of version 4, in file order. All are always there, empty or not.
-pub const SECTIONS: [(&str, u32); 20] = [
+/// Names and element sizes of the sections of version 5, in file order. All are always there, empty or not.
+pub const SECTIONS: [(&str, u32); 23] = [
     ("manifest", 1),
     ("characters", 112),
     ("vertices", 48),
@@ -42,14 +42,20 @@ pub const SECTIONS: [(&str, u32); 20] = [
     ("refit_vertices", 48),
     ("impostors", 48),
     ("impostor_bytes", 1),
+    ("finishes", 1),
+    ("finish_images", 32),
+    ("finish_bytes", 1),
 ];
 /// Sections of version 3: the first ones.
 const PLAIN_SECTIONS: usize = 18;
+/// Sections of version 4.
+const IMPOSTORS_SECTIONS: usize = 20;
 
 /// The sections of a version that is read.
 fn sections_of(version: u32) -> Option<&'static [(&'static str, u32)]> {
     match version {
         PLAIN_VERSION => Some(&SECTIONS[..PLAIN_SECTIONS]),
+        IMPOSTORS_VERSION => Some(&SECTIONS[..IMPOSTORS_SECTIONS]),
         FORMAT_VERSION => Some(&SECTIONS),
         _ => None,
     }
@@ -57,8 +63,12 @@ fn sections_of(version: u32) -> Option<&'static [(&'static str, u32)]> {
 
 /// The version that sections in the order of [`SECTIONS`] are written as: the oldest that has what is in them.
 pub(crate) fn version_of(sections: &[&[u8]; SECTIONS.len()]) -> u32 {
-    let is_plain = sections[PLAIN_SECTIONS..].iter().all(|section| section.is_empty());
-    if is_plain { PLAIN_VERSION } else { FORMAT_VERSION }
+    let is_empty_from = |first: usize| sections[first..].iter().all(|section| section.is_empty());
+    match (is_empty_from(PLAIN_SECTIONS), is_empty_from(IMPOSTORS_SECTIONS)) {
+        (true, _) => PLAIN_VERSION,
+        (_, true) => IMPOSTORS_VERSION,
+        _ => FORMAT_VERSION,
+    }
 }
 
 /// How many sections that version has.
@@ -265,6 +275,9 @@ mod tests {
             size_of::<crate::VertexRecord>(),
             size_of::<crate::ImpostorRecord>(),
             1,
+            1,
+            size_of::<crate::ImageRecord>(),
+            1,
         ];
         assert_eq!(SECTIONS.map(|(_, bytes)| bytes as usize), sizes);
         assert!(SECTIONS.iter().all(|(name, _)| name.len() <= NAME_BYTES));
@@ -287,9 +300,15 @@ mod tests {
         let plain = join_sections(&sections).unwrap();
         assert_eq!((u32_at(&plain, 8), u32_at(&plain, 12)), (PLAIN_VERSION, 18));
         sections[19] = b"picture";
-        let newest = join_sections(&sections).unwrap();
-        assert_eq!((u32_at(&newest, 8), u32_at(&newest, 12)), (FORMAT_VERSION, 20));
-        assert_eq!(split_sections(&newest).unwrap(), sections);
+        let pictured = join_sections(&sections).unwrap();
+        assert_eq!((u32_at(&pictured, 8), u32_at(&pictured, 12)), (IMPOSTORS_VERSION, 20));
+        assert_eq!(split_sections(&pictured).unwrap(), sections);
+        for pictures in [b"picture".as_slice(), b""] {
+            (sections[19], sections[20]) = (pictures, b"words");
+            let newest = join_sections(&sections).unwrap();
+            assert_eq!((u32_at(&newest, 8), u32_at(&newest, 12)), (FORMAT_VERSION, 23));
+            assert_eq!(split_sections(&newest).unwrap(), sections);
+        }
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod check_manifest;
 mod contents;
 mod encode_vertex;
 mod error;
+mod finishes;
 pub mod layout;
 pub mod limits;
 mod manifest;
@@ -22,6 +23,7 @@ mod write_pack;
 pub use contents::{Pack, PackContents, WriteReport};
 pub use encode_vertex::*;
 pub use error::{Error, Result};
+pub use finishes::{Finish, FinishBase, FinishTexture, Finishes};
 pub use manifest::*;
 pub use records::*;
 pub use store_joint::{

@@ -2,6 +2,7 @@
 
 use crate::check_contents::check_contents;
 use crate::check_manifest::decode_manifest;
+use crate::finishes::decode_finishes;
 use crate::layout::{HEADER_BYTES, format_error, read_header, refuse_above, split_sections};
 use crate::{Error, Pack, PackContents, Result, limits};
 use std::fs::File;
@@ -64,6 +65,9 @@ impl Pack {
             refit_vertices,
             impostors,
             impostor_bytes,
+            finishes,
+            finish_images,
+            finish_bytes,
         ] = split_sections(bytes)?;
         let contents = PackContents {
             manifest: decode_manifest(manifest)?,
@@ -86,6 +90,9 @@ impl Pack {
             refit_vertices: to_records(refit_vertices),
             impostors: to_records(impostors),
             impostor_bytes: impostor_bytes.to_vec(),
+            finishes: decode_finishes(finishes)?,
+            finish_images: to_records(finish_images),
+            finish_bytes: finish_bytes.to_vec(),
         };
         check_contents(&contents)?;
         Ok(Self { contents })

@@ -4,9 +4,11 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// Newest version of the format, that of packs with impostors.
-pub const FORMAT_VERSION: u32 = 4;
-/// Oldest version that is read, and that of packs without impostors: version 4 but for its last two sections. A reader refuses every other.
+/// Newest version of the format, that of packs with finishes.
+pub const FORMAT_VERSION: u32 = 5;
+/// That of packs with impostors and without finishes: version 5 but for its last three sections.
+pub const IMPOSTORS_VERSION: u32 = 4;
+/// Oldest version that is read, and that of packs with neither: version 4 but for its last two sections. A reader refuses every other.
 pub const PLAIN_VERSION: u32 = 3;
 /// First eight bytes of a pack.
 pub const MAGIC: [u8; 8] = *b"CROWDPK\0";

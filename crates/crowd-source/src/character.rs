@@ -1,16 +1,22 @@
 //! The editable, validated form of a character between the file formats and the bake.
 
+use crate::RawFinish;
+
 /// One character as found in a file: one mesh in one bind space, its node tree, joints, clips, materials and images.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawCharacter {
     /// The file's stem.
     pub name: String,
+    /// Name of its first skin; empty where that has none.
+    pub skin_name: String,
     /// All triangles of the character.
     pub mesh: RawMesh,
     /// At least one; `RawPart::material` points here.
     pub materials: Vec<RawMaterial>,
-    /// Images used by the materials, still encoded as found.
+    /// Images of the base colours, still encoded as found.
     pub images: Vec<RawImage>,
+    /// Images of what the materials have beside ([`RawFinish`]): carried to exports, not shown.
+    pub finish_images: Vec<RawImage>,
     /// The node tree, parents before children. At least one node.
     pub nodes: Vec<RawNode>,
     /// The matrices that vertices refer to. At least one.
@@ -152,6 +158,8 @@ pub struct RawMaterial {
     pub unlit: bool,
     /// The file gives no normals: glTF asks for flat shading, one normal a triangle. In OBJ: `s off` and no normals.
     pub flat_normals: bool,
+    /// What it has beside its base colour.
+    pub finish: RawFinish,
 }
 
 /// The cutoff of a mask that stands for blending with a factor of that alpha: half of it, so that the texture's alpha is cut
@@ -185,8 +193,10 @@ pub enum RawWrap {
 /// An image, still encoded.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RawImage {
-    /// Name or file name, for messages.
+    /// Name or file name.
     pub name: String,
+    /// The file gave that name; else it is a number, for messages.
+    pub named: bool,
     /// PNG, JPEG or WebP.
     pub encoding: ImageEncoding,
     /// Pixels.
@@ -221,6 +231,7 @@ pub enum ImageEncoding {
 /// | `empty-primitive` | a primitive without triangles |
 /// | `extension-ignored` | an optional extension that would change the picture |
 /// | `incomplete-triangles` | indices left over after the last whole triangle |
+/// | `material-reduced` | a texture or an extension of a material that exports will not have |
 /// | `material-library-missing`, `material-lines-ignored` | MTL: not there, or in part not whole |
 /// | `morph-targets-ignored`, `morph-curves-ignored` | shapes and their curves |
 /// | `normals-missing`, `normals-repaired` | computed from the triangles |

@@ -50,5 +50,5 @@ pub(crate) fn read_image(asset: Asset<'_>, place: &str, name: String, bytes: Vec
             format!("the image of {size} bytes does not decode: {e}; write it anew with an image program"),
         )
     })?;
-    Ok(RawImage { name, encoding, width, height, bytes })
+    Ok(RawImage { name, named: true, encoding, width, height, bytes })
 }

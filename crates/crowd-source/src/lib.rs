@@ -6,6 +6,7 @@
 
 mod character;
 mod error;
+mod finish;
 mod folder;
 mod gltf_reader;
 mod image_header;
@@ -19,6 +20,7 @@ mod turned_surfaces;
 
 pub use character::*;
 pub use error::{Error, Result};
+pub use finish::{RawBase, RawFinish};
 pub use limits::Limits;
 pub use named_files::named_files;
 

@@ -32,6 +32,7 @@ pub fn assemble(characters: &[BakedCharacter], layout: AnimationLayout) -> Resul
     for baked in characters {
         pack.add_character(baked, layout).map_err(|cause| BakeError::of(Step::Assemble, &baked.name, cause))?;
     }
+    pack.contents.finishes.drop_if_plain();
     Ok(pack.contents)
 }
 
@@ -100,9 +101,13 @@ impl Assembly {
         self.add_levels(&baked.levels)?;
         self.add_clips(baked, layout)?;
         for &material in &materials {
-            let material = self.material_record(&baked.raw.materials[usize::from(material)], &baked.raw.images);
-            self.contents.materials.push(material);
+            let material = &baked.raw.materials[usize::from(material)];
+            let record = self.material_record(material, &baked.raw.images);
+            self.contents.materials.push(record);
+            let finish = crate::finishes::finish_of(&mut self.contents, &material.finish, &baked.raw.finish_images);
+            self.contents.finishes.materials.push(finish);
         }
+        self.contents.finishes.skin_names.push(baked.raw.skin_name.clone());
         let manifest = self.manifest_character(baked, &materials)?;
         self.contents.characters.push(record);
         self.contents.manifest.characters.push(manifest);
@@ -193,12 +198,9 @@ impl Assembly {
 
     /// The index of an image, stored once: characters of one family often share a texture.
     fn image(&mut self, image: &RawImage) -> u32 {
-        let encoding = match image.encoding {
-            ImageEncoding::Png => 0,
-            ImageEncoding::Jpeg => 1,
-            ImageEncoding::WebP => 2,
-        };
-        self.contents.add_image(&image.bytes, image.width, image.height, encoding)
+        let index = self.contents.add_image(&image.bytes, image.width, image.height, encoding_code(image.encoding));
+        name_image(&mut self.contents.finishes.image_names, index, image);
+        index
     }
 
     /// The offset of a run of floats, stored once however many tracks use it.
@@ -424,11 +426,27 @@ fn sphere(bounds: crowd_anim::Bounds) -> [f32; 4] {
     [x, y, z, bounds.radius]
 }
 
-fn wrap_code(wrap: RawWrap) -> u32 {
+pub(crate) fn wrap_code(wrap: RawWrap) -> u32 {
     match wrap {
         RawWrap::Repeat => 0,
         RawWrap::Clamp => 1,
         RawWrap::Mirror => 2,
+    }
+}
+
+/// As image records have it.
+pub(crate) fn encoding_code(encoding: ImageEncoding) -> u32 {
+    match encoding {
+        ImageEncoding::Png => 0,
+        ImageEncoding::Jpeg => 1,
+        ImageEncoding::WebP => 2,
+    }
+}
+
+/// Keeps the name of a new image; one that is there already has its first name.
+pub(crate) fn name_image(names: &mut Vec<String>, index: u32, image: &RawImage) {
+    if index as usize == names.len() {
+        names.push(if image.named { image.name.clone() } else { String::new() });
     }
 }
 
@@ -471,6 +489,7 @@ mod tests {
         assert_eq!(pack.contents.track_values.len(), 4);
         let image = |byte| RawImage {
             name: "i".into(),
+            named: true,
             encoding: ImageEncoding::Png,
             width: 1,
             height: 1,

@@ -3,6 +3,7 @@
 use crate::appearance::ShownTextures;
 use crate::assemble::{expect_storable, used_materials, vertex_records};
 use crate::bake_levels::{BakedLevels, LevelsAsked, bake_levels};
+use crate::emission::show_emission;
 use crate::error::{BakeError, Cause, Step};
 use crate::inspect::AnimationInspection;
 use crate::ordered_mesh::OrderedMesh;
@@ -125,6 +126,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     if let Some(asked) = entry.size {
         resize(&mut raw, asked).map_err(|cause| BakeError::of(Step::Load, name, cause))?;
     }
+    show_emission(&mut raw);
     clock.lap(Step::Load);
 
     if let Some(patterns) = &entry.clips {

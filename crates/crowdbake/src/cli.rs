@@ -63,7 +63,10 @@ pub enum Command {
     /// Check a pack: checksums, records, every promise of its levels, its measured errors.
     #[command(after_help = "Example:\n  crowdbake verify cast.crowdpack --json | jq .checks")]
     Verify(VerifyArgs),
-    /// Write a level of a character as a glTF binary with skin, clips and textures.
+    /// Write a level of a character as a glTF binary with skin, clips and materials.
+    ///
+    /// The file has one mesh and one skin. The skin has the joints that vertices follow, in an order of its own, and clips have the curves that move them: engines that
+    /// exchange meshes under one skeleton go by the joints' names.
     #[command(after_help = EXPORT_EXAMPLES)]
     Export(ExportArgs),
     /// Draw levels of detail side by side.

@@ -1,14 +1,13 @@
 //! A level of a character as binary glTF: mesh, skin over the original node tree, original curves, materials, textures.
 
 use crate::appearance::ShownTextures;
+use crate::export_materials::{Textures, material_json, used_extensions};
 use crate::gather_primitives::{Primitive, gather_primitives};
 use crate::glb::GlbBuffer;
 use crate::ordered_mesh::OrderedMesh;
 use crate::unpack::Unpacked;
 use crowd_lod::{Level, LodPoses, RefitOptions};
-use crowd_pack::{
-    LevelRecord, LodRecord, ManifestClip, ManifestTrack, MaterialRecord, NONE, VertexRecord, material_flags,
-};
+use crowd_pack::{LevelRecord, LodRecord, ManifestClip, ManifestTrack, NONE, VertexRecord, material_flags};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -55,6 +54,7 @@ fn export_mesh(
 
     let mut textures = Textures::default();
     let materials: Vec<Value> = used.iter().map(|&m| material_json(character, m, &mut textures)).collect();
+    let extensions = used_extensions(character, &materials, &textures);
     let skinned = needs_skin(character);
     let meshes: Vec<Value> = primitives
         .iter()
@@ -70,7 +70,7 @@ fn export_mesh(
         document.insert("animations".into(), Value::Array(animations));
     }
     textures.add_to(character, &mut document, &mut buffer);
-    add_extensions(character, &used, &textures, &mut document);
+    document.extend(extensions);
     document.insert(
         "asset".into(),
         json!({
@@ -113,7 +113,7 @@ fn primitive_json(
         set("NORMAL", buffer.float_attribute(&normals, 3, false));
     }
     // Without a texture nothing would use them.
-    if record.image != NONE {
+    if record.image != NONE || character.finish(primitive.material).textures().next().is_some() {
         let uvs: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.uv).collect();
         set("TEXCOORD_0", buffer.float_attribute(&uvs, 2, false));
     }
@@ -159,7 +159,11 @@ fn add_nodes(character: &Unpacked<'_>, skinned: bool, document: &mut Map<String,
         }
         let inverse_binds: Vec<f32> = manifest.joints.iter().flat_map(|joint| joint.inverse_bind).collect();
         let accessor = buffer.floats(&inverse_binds, 16, false);
-        document.insert("skins".into(), json!([{ "joints": joint_nodes, "inverseBindMatrices": accessor }]));
+        let mut skin = json!({ "joints": joint_nodes, "inverseBindMatrices": accessor });
+        if let Some(name) = character.skin_name() {
+            skin["name"] = json!(name);
+        }
+        document.insert("skins".into(), json!([skin]));
         nodes.push(json!({ "name": format!("{} mesh", manifest.name), "mesh": 0, "skin": 0 }));
         children.push(Vec::new());
         roots.push(nodes.len() - 1);
@@ -255,101 +259,4 @@ fn curve_values(floats: &[f32], track: &ManifestTrack) -> Vec<f32> {
         return values.to_vec();
     }
     values.as_chunks::<4>().0.iter().flat_map(|&q| unit(q)).collect()
-}
-
-/// Textures of the document: one per image and wrapping.
-#[derive(Default)]
-struct Textures {
-    keys: Vec<(u32, u32)>,
-}
-
-impl Textures {
-    fn of(&mut self, material: &MaterialRecord) -> usize {
-        let wraps = material.flags >> material_flags::WRAP_U_SHIFT;
-        let mask = material_flags::WRAP_MASK | (material_flags::WRAP_MASK << 2);
-        let key = (material.image, wraps & mask);
-        self.keys.iter().position(|known| *known == key).unwrap_or_else(|| {
-            self.keys.push(key);
-            self.keys.len() - 1
-        })
-    }
-
-    fn images(&self) -> Vec<u32> {
-        let images: BTreeSet<u32> = self.keys.iter().map(|key| key.0).collect();
-        images.into_iter().collect()
-    }
-
-    fn add_to(&self, character: &Unpacked<'_>, document: &mut Map<String, Value>, buffer: &mut GlbBuffer) {
-        if self.keys.is_empty() {
-            return;
-        }
-        let images = self.images();
-        let mut wraps: Vec<u32> = self.keys.iter().map(|key| key.1).collect();
-        wraps.sort_unstable();
-        wraps.dedup();
-        let place = |list: &[u32], item: u32| list.binary_search(&item).expect("listed above");
-        let textures = self.keys.iter().map(|&(image, wrap)| {
-            let (source, sampler) = (place(&images, image), place(&wraps, wrap));
-            if character.contents.images[image as usize].encoding == 2 {
-                json!({ "sampler": sampler, "extensions": { "EXT_texture_webp": { "source": source } } })
-            } else {
-                json!({ "sampler": sampler, "source": source })
-            }
-        });
-        document.insert("textures".into(), textures.collect());
-        let samplers = wraps.iter().map(|wrap| {
-            let code = |bits: u32| [10497, 33071, 33648][(bits & material_flags::WRAP_MASK).min(2) as usize];
-            json!({ "magFilter": 9729, "minFilter": 9987, "wrapS": code(*wrap), "wrapT": code(*wrap >> 2) })
-        });
-        document.insert("samplers".into(), samplers.collect());
-        let images = images.iter().map(|&image| {
-            let record = character.contents.images[image as usize];
-            let bytes = &character.contents.image_bytes[record.byte_offset as usize..][..record.byte_count as usize];
-            let kind = ["image/png", "image/jpeg", "image/webp"][record.encoding as usize];
-            json!({ "bufferView": buffer.raw(bytes), "mimeType": kind })
-        });
-        let images: Vec<Value> = images.collect();
-        document.insert("images".into(), Value::Array(images));
-    }
-}
-
-fn material_json(character: &Unpacked<'_>, material: u32, textures: &mut Textures) -> Value {
-    let record = &character.materials[material as usize];
-    let mut surface = json!({ "metallicFactor": 0.0 });
-    let color = record.base_color.map(|channel| channel.clamp(0.0, 1.0));
-    if color != [1.0; 4] {
-        surface["baseColorFactor"] = json!(color);
-    }
-    if record.image != NONE {
-        surface["baseColorTexture"] = json!({ "index": textures.of(record) });
-    }
-    let mut json = json!({ "pbrMetallicRoughness": surface });
-    let name = &character.manifest.materials[material as usize];
-    if !name.is_empty() {
-        json["name"] = json!(name);
-    }
-    if record.alpha_cutoff > 0.0 {
-        json["alphaMode"] = json!("MASK");
-        json["alphaCutoff"] = json!(record.alpha_cutoff);
-    }
-    if record.flags & material_flags::DOUBLE_SIDED != 0 {
-        json["doubleSided"] = json!(true);
-    }
-    if record.flags & material_flags::UNLIT != 0 {
-        json["extensions"] = json!({ "KHR_materials_unlit": {} });
-    }
-    json
-}
-
-fn add_extensions(character: &Unpacked<'_>, used: &[u32], textures: &Textures, document: &mut Map<String, Value>) {
-    let unlit = used.iter().any(|&m| character.materials[m as usize].flags & material_flags::UNLIT != 0);
-    let webp = textures.images().iter().any(|&image| character.contents.images[image as usize].encoding == 2);
-    let names = [(unlit, "KHR_materials_unlit"), (webp, "EXT_texture_webp")];
-    let names: Vec<&str> = names.into_iter().filter(|(used, _)| *used).map(|(_, name)| name).collect();
-    if !names.is_empty() {
-        document.insert("extensionsUsed".into(), json!(names));
-    }
-    if webp {
-        document.insert("extensionsRequired".into(), json!(["EXT_texture_webp"]));
-    }
 }

@@ -7,8 +7,8 @@ use crate::plan::PlanEntry;
 use crate::pose::Mat3x4;
 use crate::store_animation::animation_bytes;
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, ImpostorRecord, LevelRecord, LevelSetRecord, LodRecord, MAGIC,
-    ManifestCharacter, MaterialRecord, Pack, PackContents, SPLIT_JOINT_BYTES, VertexRecord, stored_frames,
+    AnimationLayout, CharacterRecord, ClipRecord, Finish, ImpostorRecord, LevelRecord, LevelSetRecord, LodRecord,
+    MAGIC, ManifestCharacter, MaterialRecord, Pack, PackContents, SPLIT_JOINT_BYTES, VertexRecord, stored_frames,
 };
 use glam::{Mat4, Quat, Vec3};
 use std::io::Read;
@@ -145,6 +145,18 @@ impl<'a> Unpacked<'a> {
     /// Its impostors, where the pack has them.
     pub fn impostors(&self) -> Option<&'a ImpostorRecord> {
         self.contents.impostors.get(self.index)
+    }
+
+    /// What a material of it has beside its base colour.
+    pub fn finish(&self, material: u32) -> Finish {
+        let index = (self.record.material_offset + material) as usize;
+        self.contents.finishes.materials.get(index).cloned().unwrap_or_default()
+    }
+
+    /// The name of its skin, where that has one.
+    pub fn skin_name(&self) -> Option<&'a str> {
+        let name = self.contents.finishes.skin_names.get(self.index)?;
+        Some(name.as_str()).filter(|name| !name.is_empty())
     }
 
     /// Levels in geometric steps, coarsest first.

@@ -48,9 +48,11 @@ impl<'a, 'b> ImageTable<'a, 'b> {
         // Several images may point at the same bytes; what they come to is bounded too.
         let sum = self.images.iter().map(|i| i.bytes.len() as u64).sum::<u64>() + bytes.len() as u64;
         self.asset.check_limit(&here, "bytes of images", sum, self.asset.limits.file_bytes)?;
-        let name = name_or(image.name.as_deref(), || file_name.unwrap_or_else(|| format!("image {source}")));
+        let name = name_or(image.name.as_deref(), || file_name.unwrap_or_default());
+        let named = !name.is_empty();
+        let name = if named { name } else { format!("image {source}") };
         let index = self.images.len() as u32;
-        self.images.push(read_image(self.asset, &here, name, bytes)?);
+        self.images.push(RawImage { named, ..read_image(self.asset, &here, name, bytes)? });
         self.known.insert(source, index);
         Ok(index)
     }

@@ -2,17 +2,19 @@
 
 use std::collections::BTreeMap;
 
+use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::material::{AlphaMode, Material};
 use gltf::json::texture::{Texture, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{Root, texture};
 
 use super::document::describe;
+use super::finish::{first_use, read_finish};
 use super::images::ImageTable;
 use crate::character::blend_cutoff;
 use crate::names::name_or;
 use crate::refusal::{Asset, Warnings};
-use crate::{RawMaterial, RawTexture, RawWrap, Result};
+use crate::{RawFinish, RawMaterial, RawTexture, RawWrap, Result};
 
 /// Which texture coordinates a material reads, and the transform to bake into them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +33,19 @@ impl Default for TextureUse {
 }
 
 impl TextureUse {
+    /// Of a texture that reads that set, moved by that extension.
+    pub(super) fn of(tex_coord: u32, transform: Option<&TextureTransform>) -> Self {
+        let used = Self { textured: true, uv_set: tex_coord, ..Self::default() };
+        let Some(transform) = transform else { return used };
+        Self {
+            uv_set: transform.tex_coord.unwrap_or(tex_coord),
+            offset: transform.offset.0,
+            rotation: transform.rotation.0,
+            scale: transform.scale.0,
+            ..used
+        }
+    }
+
     /// KHR_texture_transform: scale, then turn (counter-clockwise as seen with v down), then shift.
     pub(super) fn apply(&self, [u, v]: [f32; 2]) -> [f32; 2] {
         if self.offset == [0.0; 2] && self.rotation == 0.0 && self.scale == [1.0; 2] {
@@ -42,9 +57,17 @@ impl TextureUse {
     }
 }
 
-/// How each material of the document uses its base colour texture.
+/// Which texture coordinates each material of the document keeps.
 pub(super) fn texture_uses(root: &Root) -> Vec<TextureUse> {
-    root.materials.iter().map(|m| texture_use(base_color(m).1.as_ref())).collect()
+    root.materials.iter().map(kept_use).collect()
+}
+
+/// Those of its base colour, or of the first texture it has.
+fn kept_use(material: &Material) -> TextureUse {
+    match base_color(material).1 {
+        Some(info) => texture_use(Some(&info)),
+        None => first_use(material).unwrap_or_default(),
+    }
 }
 
 /// Base colour factor and texture. Of the archived KHR_materials_pbrSpecularGlossiness, the diffuse colour is the base
@@ -60,16 +83,9 @@ fn base_color(material: &Material) -> ([f32; 4], Option<texture::Info>) {
     (factor.unwrap_or(pbr.base_color_factor.0), info)
 }
 
-fn texture_use(info: Option<&texture::Info>) -> TextureUse {
+pub(super) fn texture_use(info: Option<&texture::Info>) -> TextureUse {
     let Some(info) = info else { return TextureUse::default() };
-    let mut used = TextureUse { textured: true, uv_set: info.tex_coord, ..TextureUse::default() };
-    if let Some(transform) = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref()) {
-        used.uv_set = transform.tex_coord.unwrap_or(info.tex_coord);
-        used.offset = transform.offset.0;
-        used.rotation = transform.rotation.0;
-        used.scale = transform.scale.0;
-    }
-    used
+    TextureUse::of(info.tex_coord, info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref()))
 }
 
 /// The materials that parts use, in the order of their first use.
@@ -79,11 +95,18 @@ pub(super) struct MaterialTable<'a, 'b> {
     known: BTreeMap<(Option<usize>, bool), u32>,
     pub(super) materials: Vec<RawMaterial>,
     pub(super) images: ImageTable<'a, 'b>,
+    /// Those that are carried to exports and not shown.
+    pub(super) finish_images: ImageTable<'a, 'b>,
 }
 
 impl<'a, 'b> MaterialTable<'a, 'b> {
-    pub(super) fn new(asset: Asset<'a>, root: &'a Root, images: ImageTable<'a, 'b>) -> Self {
-        Self { asset, root, known: BTreeMap::new(), materials: Vec::new(), images }
+    pub(super) fn new(
+        asset: Asset<'a>,
+        root: &'a Root,
+        images: ImageTable<'a, 'b>,
+        finish_images: ImageTable<'a, 'b>,
+    ) -> Self {
+        Self { asset, root, known: BTreeMap::new(), materials: Vec::new(), images, finish_images }
     }
 
     /// The character's index of a material. Parts with and without normals need two materials, as the flat one is
@@ -132,8 +155,13 @@ impl<'a, 'b> MaterialTable<'a, 'b> {
         };
         let texture = match texture {
             None => None,
-            Some(info) => Some(self.read_texture(&place, info.index.value(), warnings)?),
+            Some(info) => {
+                let index = info.index.value();
+                Some(read_texture(self.asset, self.root, &mut self.images, (&place, index), warnings)?)
+            }
         };
+        let (images, kept) = (&mut self.finish_images, kept_use(material));
+        let finish = read_finish(self.asset, self.root, images, (&place, material), &kept, warnings);
         Ok(RawMaterial {
             name: name_or(material.name.as_deref(), || format!("material {index}")),
             base_color,
@@ -142,34 +170,42 @@ impl<'a, 'b> MaterialTable<'a, 'b> {
             double_sided: material.double_sided,
             unlit: material.extensions.as_ref().is_some_and(|e| e.unlit.is_some()),
             flat_normals: false,
+            finish,
         })
     }
+}
 
-    fn read_texture(&mut self, place: &str, index: usize, warnings: &mut Warnings) -> Result<RawTexture> {
-        let Some(texture) = self.root.textures.get(index) else {
-            let problem = format!("texture {index}, the file has {}", self.root.textures.len());
-            return Err(self.asset.format(place, problem));
-        };
-        let place = describe("texture", index, texture.name.as_ref());
-        let image = self.images.index(&place, image_of(self.asset, &place, texture)?)?;
-        let sampler = match texture.sampler {
-            None => None,
-            Some(sampler) => Some(self.root.samplers.get(sampler.value()).ok_or_else(|| {
-                let problem = format!("sampler {}, the file has {}", sampler.value(), self.root.samplers.len());
-                self.asset.format(&place, problem)
-            })?),
-        };
-        let mut wrap = |mode: Option<Checked<WrappingMode>>| match mode {
-            None | Some(Checked::Valid(WrappingMode::Repeat)) => RawWrap::Repeat,
-            Some(Checked::Valid(WrappingMode::ClampToEdge)) => RawWrap::Clamp,
-            Some(Checked::Valid(WrappingMode::MirroredRepeat)) => RawWrap::Mirror,
-            Some(Checked::Invalid) => {
-                warnings.add("wrap-mode-unknown", &place, 1, "an unknown wrap mode was taken as REPEAT");
-                RawWrap::Repeat
-            }
-        };
-        Ok(RawTexture { image, wrap_u: wrap(sampler.map(|s| s.wrap_s)), wrap_v: wrap(sampler.map(|s| s.wrap_t)) })
-    }
+/// Texture `index` of the document, its image put into that table.
+pub(super) fn read_texture(
+    asset: Asset<'_>,
+    root: &Root,
+    images: &mut ImageTable<'_, '_>,
+    (place, index): (&str, usize),
+    warnings: &mut Warnings,
+) -> Result<RawTexture> {
+    let Some(texture) = root.textures.get(index) else {
+        let problem = format!("texture {index}, the file has {}", root.textures.len());
+        return Err(asset.format(place, problem));
+    };
+    let place = describe("texture", index, texture.name.as_ref());
+    let image = images.index(&place, image_of(asset, &place, texture)?)?;
+    let sampler = match texture.sampler {
+        None => None,
+        Some(sampler) => Some(root.samplers.get(sampler.value()).ok_or_else(|| {
+            let problem = format!("sampler {}, the file has {}", sampler.value(), root.samplers.len());
+            asset.format(&place, problem)
+        })?),
+    };
+    let mut wrap = |mode: Option<Checked<WrappingMode>>| match mode {
+        None | Some(Checked::Valid(WrappingMode::Repeat)) => RawWrap::Repeat,
+        Some(Checked::Valid(WrappingMode::ClampToEdge)) => RawWrap::Clamp,
+        Some(Checked::Valid(WrappingMode::MirroredRepeat)) => RawWrap::Mirror,
+        Some(Checked::Invalid) => {
+            warnings.add("wrap-mode-unknown", &place, 1, "an unknown wrap mode was taken as REPEAT");
+            RawWrap::Repeat
+        }
+    };
+    Ok(RawTexture { image, wrap_u: wrap(sampler.map(|s| s.wrap_s)), wrap_v: wrap(sampler.map(|s| s.wrap_t)) })
 }
 
 /// The image behind a texture: the WebP one where there is one, else the plain one.
@@ -203,5 +239,6 @@ pub(crate) fn default_material() -> RawMaterial {
         double_sided: false,
         unlit: false,
         flat_normals: false,
+        finish: RawFinish::default(),
     }
 }

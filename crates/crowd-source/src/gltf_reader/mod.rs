@@ -8,6 +8,7 @@ mod clips;
 mod container;
 mod decompress;
 mod document;
+mod finish;
 mod images;
 mod influences;
 mod materials;
@@ -39,17 +40,20 @@ pub(crate) fn read_gltf(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<
     let buffers = buffers::Buffers::new(asset, &root, &folder, container.bin);
     let tree = nodes::order_nodes(asset, &root, &mut warnings)?;
 
-    let images = images::ImageTable::new(asset, &root, &buffers, &folder);
-    let mut materials = materials::MaterialTable::new(asset, &root, images);
+    let images = || images::ImageTable::new(asset, &root, &buffers, &folder);
+    let mut materials = materials::MaterialTable::new(asset, &root, images(), images());
     let (mesh, palette) = place::place_meshes(asset, &root, &buffers, &tree, &mut materials, &mut warnings)?;
 
     let moving = carrying_nodes(&tree, palette.nodes());
     let clips = clips::read_clips(asset, &root, &buffers, &tree.node_remap, &moving, &mut warnings)?;
+    let skin_name = skins::first_skin_name(&root, &tree);
     Ok(RawCharacter {
         name,
+        skin_name,
         mesh,
         materials: materials.materials,
         images: materials.images.images,
+        finish_images: materials.finish_images.images,
         nodes: tree.nodes,
         joints: palette.into_joints(),
         clips,

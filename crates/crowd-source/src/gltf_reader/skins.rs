@@ -14,6 +14,7 @@ use super::accessors::open_accessor;
 use super::buffers::Buffers;
 use super::document::describe;
 use super::nodes::NodeTree;
+use crate::names::name_or;
 use crate::refusal::{Asset, Warnings};
 use crate::{RawJoint, Result};
 
@@ -65,6 +66,13 @@ pub(super) fn read_skin(
         (node, matrix)
     });
     Ok(Skin { place, joints: joints.collect() })
+}
+
+/// The name of the first skin that the scene shows; empty where it has none.
+pub(super) fn first_skin_name(root: &Root, tree: &NodeTree) -> String {
+    let mut skins = tree.shown.iter().filter_map(|&node| root.nodes[node].mesh.and(root.nodes[node].skin));
+    let name = skins.next().and_then(|skin| root.skins.get(skin.value())?.name.as_deref());
+    name_or(name, String::new)
 }
 
 /// Groups skins that share a bind space, as far as one can tell: skins that bind one node by one matrix do.

@@ -94,9 +94,11 @@ pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<R
     let inverse_bind = glam::Mat4::IDENTITY.to_cols_array();
     Ok(RawCharacter {
         name,
+        skin_name: String::new(),
         mesh,
         materials: surfaces.materials,
         images: surfaces.images,
+        finish_images: surfaces.finish_images,
         nodes: vec![root],
         joints: vec![RawJoint { node: 0, inverse_bind }],
         clips: Vec::new(),

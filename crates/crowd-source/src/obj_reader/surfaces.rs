@@ -1,4 +1,5 @@
-//! MTL libraries: diffuse colour and texture. Paths follow the folder rule.
+//! MTL libraries: diffuse colour and texture; for exports also light of its own (`Ke`, `map_Ke`), a normal map (`norm`), metal and roughness
+//! (`Pm`, `Pr`). Paths follow the folder rule.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +8,10 @@ use crate::folder::Folder;
 use crate::image_header::read_image;
 use crate::names::{name_or, shorten};
 use crate::refusal::{Asset, Warnings};
-use crate::{Error, RawImage, RawMaterial, RawTexture, RawWrap, Result};
+use crate::{Error, RawFinish, RawImage, RawMaterial, RawTexture, RawWrap, Result};
+
+/// Textures that nothing of ours or of glTF's materials stands for.
+const LEFT_OUT: [&str; 9] = ["map_Bump", "map_bump", "bump", "disp", "map_Ks", "map_Ns", "map_Pm", "map_Pr", "map_Ps"];
 
 /// Reads a library and keeps the lines that matter and are whole; tobj panics on a `Kd` of two numbers.
 pub(super) fn read_library(
@@ -36,9 +40,16 @@ pub(super) fn read_library(
         let numbers = || rest.split_whitespace().map_while(|w| w.parse::<f32>().ok().filter(|n| n.is_finite())).count();
         let whole = match word {
             "newmtl" => !rest.is_empty(),
-            "Kd" => numbers() >= 3,
-            "d" => numbers() >= 1,
-            "map_Kd" | "map_d" => !rest.is_empty(),
+            "Kd" | "Ke" => numbers() >= 3,
+            "d" | "Pm" | "Pr" => numbers() >= 1,
+            "map_Kd" | "map_d" | "map_Ke" | "norm" => !rest.is_empty(),
+            _ if LEFT_OUT.contains(&word) => {
+                // A map_Bump is a height map or a normal map, and nothing in the file says which.
+                let message =
+                    format!("left out of exports: lines like `{}`; normal maps are read from `norm`", shorten(line));
+                warnings.add("material-reduced", &format!("{place}: {word}"), 1, message);
+                continue;
+            }
             _ => continue,
         };
         named |= word == "newmtl";
@@ -72,8 +83,11 @@ pub(super) struct SurfaceTable<'a> {
     found: &'a [tobj::Material],
     known: BTreeMap<(Option<usize>, bool), u32>,
     known_images: BTreeMap<String, u32>,
+    known_finish_images: BTreeMap<String, u32>,
     pub(super) materials: Vec<RawMaterial>,
     pub(super) images: Vec<RawImage>,
+    /// Those that are carried to exports and not shown.
+    pub(super) finish_images: Vec<RawImage>,
 }
 
 impl<'a> SurfaceTable<'a> {
@@ -84,8 +98,10 @@ impl<'a> SurfaceTable<'a> {
             found,
             known: BTreeMap::new(),
             known_images: BTreeMap::new(),
+            known_finish_images: BTreeMap::new(),
             materials: Vec::new(),
             images: Vec::new(),
+            finish_images: Vec::new(),
         }
     }
 
@@ -111,7 +127,10 @@ impl<'a> SurfaceTable<'a> {
         let mut diffuse = found.diffuse.unwrap_or([1.0; 3]);
         let texture = match &found.diffuse_texture {
             None => None,
-            Some(text) => Some(self.read_texture(&place, text, warnings)?),
+            Some(text) => {
+                let (known, images) = (&mut self.known_images, &mut self.images);
+                Some(read_texture(self.asset, self.folder, (known, images), (&place, "map_Kd", text), warnings)?)
+            }
         };
         if texture.is_some() && diffuse == [0.0; 3] {
             let message = "a black Kd would hide the texture and was taken as white";
@@ -129,6 +148,7 @@ impl<'a> SurfaceTable<'a> {
             alpha_cutoff = Some(cutoff);
         }
         let [r, g, b] = diffuse;
+        let finish = self.read_finish(&place, found, warnings);
         Ok(RawMaterial {
             name: name_or(Some(&found.name), || "material".to_owned()),
             base_color: [r, g, b, alpha],
@@ -137,28 +157,70 @@ impl<'a> SurfaceTable<'a> {
             double_sided: false,
             unlit: false,
             flat_normals: false,
+            finish,
         })
     }
 
-    fn read_texture(&mut self, place: &str, text: &str, warnings: &mut Warnings) -> Result<RawTexture> {
-        let (clamp, ignored, name) = split_texture_options(text);
-        let message = "texture options other than -clamp are ignored";
-        warnings.add("texture-options-ignored", place, ignored, message);
-        let wrap = if clamp { RawWrap::Clamp } else { RawWrap::Repeat };
-        let here = format!("{place}: map_Kd `{}`", shorten(name));
-        let image = match self.known_images.get(name) {
-            Some(index) => *index,
-            None => {
-                let bytes = self.folder.read_path(&format!("{place}: map_Kd"), name)?;
-                let file_name = name.rsplit(['/', '\\']).next().unwrap_or(name);
-                self.images.push(read_image(self.asset, &here, shorten(file_name), bytes)?);
-                let index = self.images.len() as u32 - 1;
-                self.known_images.insert(name.to_owned(), index);
-                index
+    /// Nothing here refuses a character: what cannot be carried is left out and named.
+    fn read_finish(&mut self, place: &str, found: &tobj::Material, warnings: &mut Warnings) -> RawFinish {
+        let mut texture = |word: &str| {
+            let text = found.unknown_param.get(word)?;
+            let (known, images) = (&mut self.known_finish_images, &mut self.finish_images);
+            match read_texture(self.asset, self.folder, (known, images), (place, word, text), warnings) {
+                Ok(texture) => Some(texture),
+                Err(error) => {
+                    let message = format!("left out of exports: {error}");
+                    warnings.add("material-reduced", &format!("{place}: {word}"), 1, message);
+                    None
+                }
             }
         };
-        Ok(RawTexture { image, wrap_u: wrap, wrap_v: wrap })
+        let (emissive_texture, normal) = (texture("map_Ke"), texture("norm"));
+        let number = |word: &str| {
+            let number = found.unknown_param.get(word)?.split_whitespace().next()?.parse::<f32>().ok()?;
+            number.is_finite().then(|| number.clamp(0.0, 1.0))
+        };
+        let unit = |channel: f32| if channel.is_finite() { channel.clamp(0.0, 1.0) } else { 0.0 };
+        let factor = found.emissive.map(|factor| factor.map(unit));
+        // As with Kd, a black factor beside a texture is an exporter's way to say nothing.
+        let factor = factor.filter(|factor| emissive_texture.is_none() || *factor != [0.0; 3]);
+        let plain = RawFinish::default();
+        RawFinish {
+            metallic: number("Pm").unwrap_or(plain.metallic),
+            roughness: number("Pr").unwrap_or(plain.roughness),
+            normal: normal.map(|texture| (texture, 1.0)),
+            emissive: factor.unwrap_or([if emissive_texture.is_some() { 1.0 } else { 0.0 }; 3]),
+            emissive_texture,
+            ..plain
+        }
     }
+}
+
+/// A texture, its image put into that table: by name where it is, and the images.
+fn read_texture(
+    asset: Asset<'_>,
+    folder: &Folder<'_>,
+    (known, images): (&mut BTreeMap<String, u32>, &mut Vec<RawImage>),
+    (place, word, text): (&str, &str, &str),
+    warnings: &mut Warnings,
+) -> Result<RawTexture> {
+    let (clamp, ignored, name) = split_texture_options(text);
+    let message = "texture options other than -clamp are ignored";
+    warnings.add("texture-options-ignored", place, ignored, message);
+    let wrap = if clamp { RawWrap::Clamp } else { RawWrap::Repeat };
+    let here = format!("{place}: {word} `{}`", shorten(name));
+    let image = match known.get(name) {
+        Some(index) => *index,
+        None => {
+            let bytes = folder.read_path(&format!("{place}: {word}"), name)?;
+            let file_name = name.rsplit(['/', '\\']).next().unwrap_or(name);
+            images.push(read_image(asset, &here, shorten(file_name), bytes)?);
+            let index = images.len() as u32 - 1;
+            known.insert(name.to_owned(), index);
+            index
+        }
+    };
+    Ok(RawTexture { image, wrap_u: wrap, wrap_v: wrap })
 }
 
 /// Options before a texture's file name, which may hold blanks: (`-clamp on`, how many others, the name).

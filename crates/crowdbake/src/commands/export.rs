@@ -14,6 +14,9 @@ pub(super) fn export(args: &ExportArgs, talk: &Talk<'_>) -> Result<u8, BakeError
     let opened = open(&args.input, &BakeOptions::default())?;
     let contents = opened.contents();
     let character = Unpacked::new(contents, choose_character(contents, args.character.as_deref())?);
+    // What the file will lack is said where it is written, too.
+    let reduced = character.manifest.warnings.iter().filter(|warning| warning.starts_with("material-reduced"));
+    reduced.for_each(|warning| talk.warn(format_args!("{}: {warning}", character.manifest.name)));
     if let Some(name) = &args.lod {
         return export_stored(args, &character, name, talk);
     }

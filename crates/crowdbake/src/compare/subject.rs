@@ -48,6 +48,7 @@ impl Subject {
         let name = entry.name.as_str();
         let mut raw = crowd_source::load_character(&entry.path, &Limits::default())
             .map_err(|error| BakeError::of(Step::Load, name, error))?;
+        crate::emission::show_emission(&mut raw);
         let factor = entry.size.map(|asked| resize(&mut raw, asked)).transpose();
         let factor = factor.map_err(|cause| BakeError::of(Step::Load, name, cause))?;
         let (clips, rest_palette) =
