@@ -19,9 +19,15 @@
 
 // Palettes were blended beforehand.
 override HAS_PALETTES: bool = false;
+// Not for everyone: there was no room.
+override LACKS_PALETTES: bool = false;
+
+fn has_palette(drawn: DrawnInstance) -> bool {
+    return HAS_PALETTES && (!LACKS_PALETTES || drawn.palette_row != NONE);
+}
 
 fn joint_matrix(drawn: DrawnInstance, pose: Pose, joint: u32) -> mat3x4f {
-    if HAS_PALETTES {
+    if has_palette(drawn) {
         let row = drawn.palette_row + joint * 3u;
         return mat3x4f(palettes[row], palettes[row + 1u], palettes[row + 2u]);
     }
@@ -30,7 +36,7 @@ fn joint_matrix(drawn: DrawnInstance, pose: Pose, joint: u32) -> mat3x4f {
 
 // Palettes have both clips in them.
 fn left_share(drawn: DrawnInstance) -> f32 {
-    return select(drawn.leaving_share, 0.0, HAS_PALETTES);
+    return select(drawn.leaving_share, 0.0, has_palette(drawn));
 }
 
 struct Surface {
@@ -257,6 +263,27 @@ fn bucketed_skinned(@location(1) looks: vec4u, @location(4) origin: vec4u, owner
         surface.clip_position = vec4f(2.0, 2.0, 2.0, 1.0);
     }
     return surface;
+}
+
+// The same where not everybody has a place: who has none is skinned here, as in `borrowed_place`.
+@vertex
+fn bucketed_partly_skinned(vertex: MeshVertex, origin: MeshOrigin, owner: Owner) -> Surface {
+    let drawn = drawn_of(owner);
+    let share = share_of(drawn, origin.looks.w);
+    let moved = on_its_way(vertex, origin, share);
+    var local = vec3f(0.0);
+    var turned = vec3f(0.0);
+    for (var is_placed = drawn.vertex_base != NONE; is_placed; is_placed = false) {
+        let at = skinned[drawn.vertex_base + origin.looks.w];
+        local = vec3f(at.x, at.y, at.z);
+        turned = vec3f(at.normal_x, at.normal_y, at.normal_z);
+    }
+    for (var is_alone = drawn.vertex_base == NONE; is_alone; is_alone = false) {
+        let rows = skin_matrix(vertex.skin, origin.skin, share, drawn);
+        local = vec4f(moved.position, 1.0) * rows;
+        turned = vec4f(moved.normal, 0.0) * rows;
+    }
+    return surface_of(drawn, local, turned, moved.uv, moved.color, vertex.looks.w);
 }
 
 // Everyone placed beforehand: attributes are all there is to a vertex.

@@ -55,6 +55,11 @@ fn frame_texels(character: CharacterRecord) -> u32 {
     return select(rows, (rows + 1u) / 2u, character.joint_storage == JOINTS_F16);
 }
 
+// The first row of the palette in that slot; none where a device binds fewer. Twin: Buckets::palette_row in crowd-stages/src/buckets.rs.
+fn palette_row(slot: u32, counts: BucketCounts) -> u32 {
+    return select(NONE, slot * counts.palette_rows, slot < counts.palette_slots);
+}
+
 // What its vertices need to know of an instance. Twin: drawn_instance in crowd-stages/src/cpu/gather_drawn.rs.
 fn drawn_instance(
     instance: InstanceRecord,

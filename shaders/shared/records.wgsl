@@ -347,8 +347,8 @@ struct BucketCounts {
     palette_rows: u32,
     first_impostor: u32,
     first_fade: u32,
-    reserved_a: u32,
-    reserved_b: u32,
+    palette_slots: u32,
+    reserved: u32,
 }
 
 struct ImpostorSheet {

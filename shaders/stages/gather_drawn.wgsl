@@ -31,7 +31,7 @@ fn gather_drawn(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocati
     if place.vertex_base != NONE {
         base = place.vertex_base + (entry - place.first) * place.vertex_count;
     }
-    let row = entry * bucket_counts.palette_rows;
+    let row = palette_row(entry, bucket_counts);
     let clip = clips[instance.clip];
     let leaving = clips[leaving_clip(instance)];
     var one = drawn_instance(instance, character, clip, leaving, morphs[i], config.time_s, base, row);

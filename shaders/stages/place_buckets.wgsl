@@ -10,6 +10,9 @@
 @group(0) @binding(5) var<storage, read_write> dispatch: DispatchArgs;
 @group(0) @binding(6) var<storage, read_write> totals: FrameTotals;
 
+// Who has no place here is drawn all the same, skinned in the vertex shader.
+override DRAWS_THE_REST: bool = false;
+
 var<workgroup> kept: array<u32, BLOCK_SIZE>;
 
 // Dots have no vertices to skin.
@@ -18,6 +21,10 @@ fn vertices_of(bucket: u32) -> u32 {
         return 0u;
     }
     let instance_count = ranges[bucket].end - ranges[bucket].first;
+    if instance_count > 0u && ranges[bucket].end > bucket_counts.palette_slots {
+        // Vertices come from palettes: nobody behind the last of these has a place, as if there were no room.
+        return NONE - 1u;
+    }
     let vertex_count = buckets[bucket].vertex_count;
     // Saturates: a bucket that large has no room anyway.
     return select(instance_count * vertex_count, NONE - 1u, instance_count > (NONE - 1u) / max(vertex_count, 1u));
@@ -61,7 +68,7 @@ fn place_buckets(@builtin(local_invocation_index) lane: u32) {
         places[bucket_counts.bucket_count] = BucketPlace(kept[0], 0u, 0u, 0u);
         let groups = kept[0] / BLOCK_SIZE + select(0u, 1u, kept[0] % BLOCK_SIZE > 0u);
         dispatch = DispatchArgs(min(groups, FOLD_COLUMNS), (groups + FOLD_COLUMNS - 1u) / FOLD_COLUMNS, 1u);
-        if sum_up_to(BLOCK_SIZE - 1u) > capacities.vertex_count {
+        if !DRAWS_THE_REST && sum_up_to(BLOCK_SIZE - 1u) > capacities.vertex_count {
             totals.overflow |= OVERFLOW_VERTICES;
         }
     }

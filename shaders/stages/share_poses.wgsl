@@ -54,7 +54,7 @@ fn follow_leaders(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
     let place = places[key];
     // Impostors have other words there.
     if key < bucket_counts.first_impostor {
-        drawn[entry].palette_row = leader * bucket_counts.palette_rows;
+        drawn[entry].palette_row = palette_row(leader, bucket_counts);
         if place.vertex_base != NONE {
             drawn[entry].vertex_base = place.vertex_base + (leader - place.first) * place.vertex_count;
         }

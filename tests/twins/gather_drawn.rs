@@ -32,12 +32,16 @@ pub fn sorted_in(buckets: &Buckets, case: &Case, vertex_capacity: u32) -> Sorted
 }
 
 fn on_gpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
+    on_gpu_in(buckets(), case, sorted)
+}
+
+fn on_gpu_in(buckets: &Buckets, case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
     let stage = GatherDrawn::new(&gpu::device().0);
     let drawn = gpu::output::<DrawnInstance>(case.instances.len());
     let bound = stage.bind(
         &gpu::device().0,
         &gpu::uniform(&case.config),
-        &gpu::uniform(&buckets().counts()),
+        &gpu::uniform(&buckets.counts()),
         &gpu::storage(&case.instances),
         &gpu::storage(&data().characters),
         &gpu::storage(&data().clips),
@@ -91,6 +95,12 @@ fn drawn_instances_agree_for_all_sizes() {
         assert_eq!(first_apart(&gpu, &cpu), None, "{} instances", case.count());
         let rest = gpu[cpu.len()..].iter().all(|drawn| *drawn == DrawnInstance::default());
         assert!(rest, "nobody is drawn after the last");
+        // With palettes for fewer than are drawn.
+        let meshes = sorted.keys.iter().filter(|key| **key < buckets().mesh_count).count();
+        let few = Buckets { palette_slots: meshes as u32 / 3, ..buckets().clone() };
+        let (gpu, of_few) = (on_gpu_in(&few, &case, &sorted), on_cpu_in(&few, &case, &sorted));
+        assert_eq!(first_apart(&gpu, &of_few), None, "{} instances, few palettes", case.count());
+        assert!(meshes < 3 || first_apart(&cpu, &of_few).is_some(), "a palette that is not there is seen");
     }
 }
 

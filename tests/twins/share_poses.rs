@@ -1,12 +1,12 @@
 //! `share_poses` on the GPU against its twins: equal; and pictures of shared poses, which are those of held ones.
 
-use crate::cases::{buckets, case, cases, data, first_difference};
+use crate::cases::{Case, buckets, case, cases, data, first_difference};
 use crate::hold_poses::speeds;
 use crate::key_poses::{keyed, poses};
 use crate::whole_chain::{OPTIONS, compare, draw};
 use crowd_stages::gpu::{CrowdRenderer, RendererOptions, SharePoses};
 use crowd_stages::{
-    BucketRange, DrawOptions, DrawnInstance, FrameConfig, InstanceBase, Skinning, Technique, Weight, cpu,
+    BucketRange, Buckets, DrawOptions, DrawnInstance, FrameConfig, InstanceBase, Skinning, Technique, Weight, cpu,
 };
 use crowd_tests::gpu::{self, Picture};
 use crowd_tests::synthetic;
@@ -15,50 +15,56 @@ use crowd_tests::synthetic;
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn followers_agree_for_all_sizes() {
     for case in cases() {
-        let keyed = keyed(&case);
-        let (pose_keys, morphs) = keyed.on_cpu();
-        let (sorted_pose_keys, by_pose) = cpu::sort_instances(&pose_keys);
-        let (keys, leads) = cpu::find_leaders(&poses().0, &sorted_pose_keys);
-        let (before, end) = cpu::scan_counts(&leads);
-        let (ranges, ..) = cpu::write_bucket_args(buckets(), &keys, &case.select().sums, &keyed.config);
-        let leader_ranges = cpu::range_leaders(&ranges, &before, end);
-        let (places, ..) = cpu::place_buckets(buckets(), &leader_ranges, case.count() * 20);
-        let time_s = keyed.config.time_s;
-        let gathered =
-            cpu::gather_drawn(data(), buckets(), &keyed.instances, &morphs, &keys, &by_pose, &places, time_s);
-        let mut drawn = gathered.clone();
-        let leaders = cpu::follow_leaders(buckets(), &keys, &before, end, &places, &mut drawn);
-        assert_eq!(leaders.len() as u32, end.vertex_base);
-
-        let stage = SharePoses::new(&gpu::device().0);
-        let ranges_out = gpu::output::<BucketRange>(ranges.len());
-        let leaders_out = gpu::output::<u32>(leaders.len());
-        let mut padded = gathered;
-        padded.resize(case.instances.len(), DrawnInstance::default());
-        let drawn_out = gpu::storage(&padded);
-        let bound = stage.bind(
-            &gpu::device().0,
-            &gpu::uniform(&keyed.config),
-            &gpu::uniform(&buckets().counts()),
-            &gpu::uniform(&end),
-            &gpu::storage(&ranges),
-            &gpu::storage::<InstanceBase>(&before),
-            &gpu::storage(&keys),
-            &gpu::storage(&places),
-            &ranges_out,
-            &drawn_out,
-            &leaders_out,
-        );
-        gpu::run(|pass| stage.record_ranges(pass, &bound, ranges.len() as u32));
-        gpu::run(|pass| stage.record(pass, &bound, case.count()));
-        let read: Vec<BucketRange> = gpu::read(&ranges_out, ranges.len());
-        assert_eq!(first_difference(&read, &leader_ranges), None, "{} instances", case.count());
-        assert_eq!(first_difference(&gpu::read::<u32>(&leaders_out, leaders.len()), &leaders), None);
-        assert_eq!(first_difference(&gpu::read::<DrawnInstance>(&drawn_out, drawn.len()), &drawn), None);
-        if case.count() >= 1000 {
-            let followers = drawn.iter().filter(|one| one.row_count == 0).count();
-            assert!(followers > 20, "{followers} of {} follow", drawn.len());
+        // Palettes for all, or for a third.
+        for palette_slots in [buckets().palette_slots, case.count() / 3] {
+            followers_agree(&case, &Buckets { palette_slots, ..buckets().clone() });
         }
+    }
+}
+
+fn followers_agree(case: &Case, buckets: &Buckets) {
+    let keyed = keyed(case);
+    let (pose_keys, morphs) = keyed.on_cpu();
+    let (sorted_pose_keys, by_pose) = cpu::sort_instances(&pose_keys);
+    let (keys, leads) = cpu::find_leaders(&poses().0, &sorted_pose_keys);
+    let (before, end) = cpu::scan_counts(&leads);
+    let (ranges, ..) = cpu::write_bucket_args(buckets, &keys, &case.select().sums, &keyed.config);
+    let leader_ranges = cpu::range_leaders(&ranges, &before, end);
+    let (places, ..) = cpu::place_buckets(buckets, &leader_ranges, case.count() * 20);
+    let time_s = keyed.config.time_s;
+    let gathered = cpu::gather_drawn(data(), buckets, &keyed.instances, &morphs, &keys, &by_pose, &places, time_s);
+    let mut drawn = gathered.clone();
+    let leaders = cpu::follow_leaders(buckets, &keys, &before, end, &places, &mut drawn);
+    assert_eq!(leaders.len() as u32, end.vertex_base);
+
+    let stage = SharePoses::new(&gpu::device().0);
+    let ranges_out = gpu::output::<BucketRange>(ranges.len());
+    let leaders_out = gpu::output::<u32>(leaders.len());
+    let mut padded = gathered;
+    padded.resize(case.instances.len(), DrawnInstance::default());
+    let drawn_out = gpu::storage(&padded);
+    let bound = stage.bind(
+        &gpu::device().0,
+        &gpu::uniform(&keyed.config),
+        &gpu::uniform(&buckets.counts()),
+        &gpu::uniform(&end),
+        &gpu::storage(&ranges),
+        &gpu::storage::<InstanceBase>(&before),
+        &gpu::storage(&keys),
+        &gpu::storage(&places),
+        &ranges_out,
+        &drawn_out,
+        &leaders_out,
+    );
+    gpu::run(|pass| stage.record_ranges(pass, &bound, ranges.len() as u32));
+    gpu::run(|pass| stage.record(pass, &bound, case.count()));
+    let read: Vec<BucketRange> = gpu::read(&ranges_out, ranges.len());
+    assert_eq!(first_difference(&read, &leader_ranges), None, "{} instances", case.count());
+    assert_eq!(first_difference(&gpu::read::<u32>(&leaders_out, leaders.len()), &leaders), None);
+    assert_eq!(first_difference(&gpu::read::<DrawnInstance>(&drawn_out, drawn.len()), &drawn), None);
+    if case.count() >= 1000 {
+        let followers = drawn.iter().filter(|one| one.row_count == 0).count();
+        assert!(followers > 20, "{followers} of {} follow", drawn.len());
     }
 }
 

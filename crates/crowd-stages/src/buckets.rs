@@ -7,8 +7,11 @@ use crate::dots::{DOT_COUNTS, dots_are_coarser};
 use crate::impostors::fade_level;
 use crate::points::{MOST_POINTS, POINT_COUNTS};
 use crate::{BucketCounts, BucketRecord, BucketSet, CrowdData, DiscreteConfig, Error, PointRecord, Result};
-use crowd_pack::{CharacterRecord, LevelRecord, LodRecord};
+use crowd_pack::{CharacterRecord, LevelRecord, LodRecord, NONE};
 use glam::Vec3;
+
+/// Bytes of palettes at a time, whatever a device binds: a quarter of a million people of 44 joints seen as meshes.
+pub const MOST_PALETTE_BYTES: u64 = 512 << 20;
 
 /// Buckets of a crowd's characters: first all with 16-bit indices, character after character from coarse to fine, then those
 /// with 32-bit indices, then five levels of dots a character (see `dots.rs`), or four of points (see `points.rs`), also with
@@ -32,6 +35,8 @@ pub struct Buckets {
     pub first_fade: u32,
     /// Rows of the largest palette, three a joint.
     pub palette_rows: u32,
+    /// Palettes there is room for, see [`Self::with_palettes_in`].
+    pub palette_slots: u32,
     /// Of each: no point of the level or of full detail is farther from the other, metres.
     pub bounds_m: Vec<f32>,
     /// Indices of the former.
@@ -69,7 +74,8 @@ impl Buckets {
 
     fn of_meshes(data: &CrowdData) -> Result<Self> {
         let joints = data.characters.iter().map(|character| character.joint_count).max();
-        let mut buckets = Self { palette_rows: joints.unwrap_or(0).max(1) * 3, ..Self::default() };
+        let palette_rows = joints.unwrap_or(0).max(1) * 3;
+        let mut buckets = Self { palette_rows, palette_slots: u32::MAX / palette_rows, ..Self::default() };
         let mut wide = (Vec::new(), Vec::new());
         for character in 0..data.characters.len() {
             let levels = quantized(data, character).ok_or(Error::Tables { character })?;
@@ -220,8 +226,21 @@ impl Buckets {
             palette_rows: self.palette_rows,
             first_impostor: self.first_impostor,
             first_fade: self.first_fade,
-            ..BucketCounts::default()
+            palette_slots: self.palette_slots,
+            reserved: 0,
         }
+    }
+
+    /// The same with palettes for as many at a time as that many bytes hold, [`MOST_PALETTE_BYTES`] at most.
+    pub fn with_palettes_in(self, bytes: u64) -> Self {
+        let palette_bytes = u64::from(self.palette_rows) * std::mem::size_of::<[f32; 4]>() as u64;
+        let slots = bytes.min(MOST_PALETTE_BYTES) / palette_bytes;
+        Self { palette_slots: u32::try_from(slots).unwrap_or(u32::MAX).min(self.palette_slots), ..self }
+    }
+
+    /// The first row of the palette in that slot; [`NONE`] where there are fewer. Twin: `palette_row` in `shaders/shared/place.wgsl`.
+    pub fn palette_row(&self, slot: u32) -> u32 {
+        if slot < self.palette_slots { slot * self.palette_rows } else { NONE }
     }
 
     /// The key of an instance that is in no bucket: one past the last.

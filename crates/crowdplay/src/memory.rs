@@ -7,7 +7,7 @@ use crate::plan::DetailPlan;
 use crate::{Error, Result};
 use crowd_pack::LodRecord;
 use crowd_stages::gpu::{CrowdRenderer, MemoryUse, RendererOptions};
-use crowd_stages::{BudgetIn, CrowdData, DrawOptions, InstanceRecord, SkinnedVertex, Technique};
+use crowd_stages::{BudgetIn, CrowdData, DrawOptions, InstanceRecord, Technique};
 
 /// Bytes of a megabyte, as `--vram` counts them.
 pub const MEGABYTE: u64 = 1 << 20;
@@ -170,17 +170,13 @@ impl Room {
     }
 
     fn largest(&self, gpu: &Gpu, renderer: &CrowdRenderer, size: [u32; 2], least: u32) -> u32 {
-        // Where vertices are skinned beforehand, they have to fit one binding, or they are not.
-        let skins = self.foretell(gpu, renderer, size, least).skinning > 0;
-        let bindable = gpu.device.limits().max_storage_buffer_binding_size / size_of::<SkinnedVertex>() as u64;
         // Reformation writes whole lists of what it draws: beyond what the adapter binds people would be missing.
         let reforms = self.draws.iter().any(|draw| draw.technique == Technique::Reform);
         let fits = |budget: u32| {
             let RendererOptions { max_vertices, max_triangles, .. } = self.options(gpu, budget);
-            let can_skin = !skins || u64::from(max_vertices) <= bindable;
             let [vertices, triangles] = self.needs.at(budget);
             let is_whole = vertices <= max_vertices.into() && triangles <= max_triangles.into();
-            can_skin && (is_whole || !reforms) && self.holds(gpu, renderer, size, budget)
+            (is_whole || !reforms) && self.holds(gpu, renderer, size, budget)
         };
         let (mut low, mut high) = (least, self.needs.most().max(least));
         while low < high {

@@ -9,6 +9,8 @@ use crowd_pack::NONE;
 /// `sorted_keys`, `sorted`: of `sort_instances`; those in no bucket come last there and are left out. `morphs`: one an instance.
 /// `places`: of `place_buckets`, where vertices are skinned beforehand; else any, and where they lie means nothing.
 ///
+/// Who is drawn as a mesh comes first in the list, so its first entries are those who need a palette: they have the slots.
+///
 /// Paper: none; the papers work it out for each vertex. Twin: `shaders/stages/gather_drawn.wgsl`. Integers equal, but for a frame
 /// at its border; other numbers within [`DRAWN_BOUND`].
 pub fn gather_drawn(
@@ -26,7 +28,7 @@ pub fn gather_drawn(
         let place = places[*key as usize];
         let within = entry.wrapping_sub(place.first).wrapping_mul(place.vertex_count);
         let vertex_base = if place.vertex_base == NONE { NONE } else { place.vertex_base.wrapping_add(within) };
-        let palette_row = entry.wrapping_mul(buckets.palette_rows);
+        let palette_row = buckets.palette_row(entry);
         let drawn = drawn_instance(data, &instances[*i as usize], morphs[*i as usize], time_s);
         // Dots read their few joints from the frames.
         let row_count = if *key < buckets.mesh_count { drawn.row_count } else { 0 };

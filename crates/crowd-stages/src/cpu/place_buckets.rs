@@ -5,10 +5,10 @@ use crate::{BucketPlace, BucketRange, Buckets, DispatchArgs, overflow};
 use crowd_pack::NONE;
 
 /// A place for each bucket's vertices, bucket after bucket, then one that says where the last ends; the groups that skin them; and
-/// overflow bits.
+/// overflow bits, which the stage keeps to itself where the vertex shader draws those who have no place.
 ///
-/// `ranges`: of `write_bucket_args`. `vertex_capacity`: vertices there is room for. Whole buckets are placed while they fit; none
-/// after the first that does not.
+/// `ranges`: of `write_bucket_args`, or of `range_leaders`: either way, numbers of palettes. `vertex_capacity`: vertices there is room for. Whole
+/// buckets are placed while they and their palettes fit; none after the first that does not.
 ///
 /// Paper: Dong 2019 §4.3 places vertices by prefix sums over instances; over buckets there are fewer.
 /// Twin: `shaders/stages/place_buckets.wgsl`. Equal.
@@ -23,7 +23,9 @@ pub fn place_buckets(
         let base = end;
         // The largest number is kept for places that there are not.
         let instance_count = if bucket < buckets.mesh_count { range.end - range.first } else { 0 };
-        let needed = u64::from(instance_count) * u64::from(record.vertex_count);
+        // Vertices come from palettes: nobody behind the last of these has a place.
+        let has_palettes = instance_count == 0 || range.end <= buckets.palette_slots;
+        let needed = if has_palettes { u64::from(instance_count) * u64::from(record.vertex_count) } else { u64::MAX };
         end = end.saturating_add(u32::try_from(needed).unwrap_or(NONE - 1).min(NONE - 1));
         let fits = end <= vertex_capacity;
         kept = if fits { end } else { kept };

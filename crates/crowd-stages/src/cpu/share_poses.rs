@@ -36,7 +36,7 @@ pub fn follow_leaders(
         let place = places[sorted_keys[entry] as usize];
         // Impostors have other words there.
         if sorted_keys[entry] < buckets.first_impostor {
-            one.palette_row = leader * buckets.palette_rows;
+            one.palette_row = buckets.palette_row(leader);
             if place.vertex_base != NONE {
                 one.vertex_base = place.vertex_base + (leader - place.first) * place.vertex_count;
             }

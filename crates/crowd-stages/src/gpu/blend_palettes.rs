@@ -21,12 +21,17 @@ impl BlendPalettes {
 
     /// Compiles the stage. `joint_storages`: those that characters have, a bit for each [`crowd_pack::JointStorage::code`].
     pub fn new(device: &wgpu::Device, joint_storages: u32) -> Self {
-        let uses = [Use::Uniform, Use::Uniform, Use::Read, Use::Read, Use::Frames, Use::Write];
-        let (name, constants) = ("blend_palettes", [("JOINT_STORAGES", f64::from(joint_storages))]);
-        Self { kernel: Kernel::with_constants(device, name, Self::source(), &[name], &uses, &constants) }
+        let [u, r, w] = [Use::Uniform, Use::Read, Use::Write];
+        let uses = [u, u, r, r, Use::Frames, w, r, r];
+        let entry_points = ["blend_palettes", "blend_leaders"];
+        let constants = [("JOINT_STORAGES", f64::from(joint_storages))];
+        Self {
+            kernel: Kernel::with_constants(device, "blend_palettes", Self::source(), &entry_points, &uses, &constants),
+        }
     }
 
-    /// Binds the buffers of the shader's bindings, in their order.
+    /// Binds the buffers of the shader's bindings, in their order. `leaders`: of `share_poses`, and how many of `scan_counts`; `None` where
+    /// poses are not shared.
     pub fn bind(
         &self,
         device: &wgpu::Device,
@@ -36,7 +41,10 @@ impl BlendPalettes {
         drawn: &wgpu::Buffer,
         animation: &wgpu::TextureView,
         palettes: &wgpu::Buffer,
+        leaders: Option<[&wgpu::Buffer; 2]>,
     ) -> wgpu::BindGroup {
+        // Something has to be bound.
+        let [leaders, leader_end] = leaders.unwrap_or([drawn; 2]);
         let resources = [
             config.as_entire_binding(),
             bucket_counts.as_entire_binding(),
@@ -44,18 +52,25 @@ impl BlendPalettes {
             drawn.as_entire_binding(),
             wgpu::BindingResource::TextureView(animation),
             palettes.as_entire_binding(),
+            leaders.as_entire_binding(),
+            leader_end.as_entire_binding(),
         ];
         self.kernel.bind_resources(device, resources)
     }
 
-    /// Records the dispatch for that many instances with `palette_rows` rows of room each.
-    pub fn record(
+    /// Records the dispatch for that many slots with `palette_rows` rows of room each, a slot an entry.
+    pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, slots: u32, palette_rows: u32) {
+        self.kernel.dispatch(pass, 0, bound, blocks(slots.saturating_mul(palette_rows / 3)));
+    }
+
+    /// The same where poses are shared, a slot a leader.
+    pub fn record_leaders(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
         bound: &wgpu::BindGroup,
-        instance_count: u32,
+        slots: u32,
         palette_rows: u32,
     ) {
-        self.kernel.dispatch(pass, 0, bound, blocks(instance_count.saturating_mul(palette_rows / 3)));
+        self.kernel.dispatch(pass, 1, bound, blocks(slots.saturating_mul(palette_rows / 3)));
     }
 }

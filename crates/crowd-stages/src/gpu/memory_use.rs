@@ -3,6 +3,7 @@
 //! Each formula stands for one constructor and names it; a test holds them equal to what the constructors ask for.
 
 use super::SortInstances;
+use super::pre_skinning::skinned_room;
 use super::renderer::RendererOptions;
 use super::techniques::windows;
 use crate::dispatch::{BLOCK_SIZE, MAX_CASCADES, POINT_LEVELS};
@@ -159,14 +160,13 @@ impl Sizes {
         32 * u64::from(self.options.max_vertices) + 12 * u64::from(self.options.max_triangles)
     }
 
-    /// `PreSkinning::new`, which comes to nothing where a buffer is larger than a binding.
+    /// `PreSkinning::new`.
     pub(crate) fn skinning(&self) -> u64 {
-        let palettes = bytes::<[f32; 4]>(self.instances() * u64::from(self.buckets.palette_rows));
-        let skinned = bytes::<SkinnedVertex>(self.options.max_vertices.into());
-        if palettes.max(skinned) > self.largest_binding {
-            return 0;
-        }
-        palettes + skinned + bytes::<DispatchArgs>(1) + bytes::<Capacities>(1)
+        let slots = self.instances().min(self.buckets.palette_slots.into());
+        bytes::<[f32; 4]>(slots * u64::from(self.buckets.palette_rows))
+            + bytes::<SkinnedVertex>(skinned_room(self.options.max_vertices, self.largest_binding).into())
+            + bytes::<DispatchArgs>(1)
+            + bytes::<Capacities>(1)
     }
 
     /// `PoseSharing::new`.

@@ -16,10 +16,11 @@ impl PlaceBuckets {
         )
     }
 
-    /// Compiles the stage.
-    pub fn new(device: &wgpu::Device) -> Self {
+    /// Compiles the stage. `draws_the_rest`: who has no place is drawn all the same, and is no overflow.
+    pub fn new(device: &wgpu::Device, draws_the_rest: bool) -> Self {
         let uses = [Use::Uniform, Use::Uniform, Use::Read, Use::Read, Use::Write, Use::Write, Use::Write];
-        Self { kernel: Kernel::new(device, "place_buckets", Self::source(), &["place_buckets"], &uses) }
+        let (name, constants) = ("place_buckets", [("DRAWS_THE_REST", draws_the_rest.into())]);
+        Self { kernel: Kernel::with_constants(device, name, Self::source(), &[name], &uses, &constants) }
     }
 
     /// Binds the buffers of the shader's bindings, in their order.

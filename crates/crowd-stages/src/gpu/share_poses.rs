@@ -10,7 +10,10 @@ pub struct SharePoses {
 impl SharePoses {
     /// The stage's WGSL as it is compiled.
     pub fn source() -> String {
-        stage_source(&[], include_str!("../../../../shaders/stages/share_poses.wgsl"))
+        stage_source(
+            &[include_str!("../../../../shaders/shared/place.wgsl")],
+            include_str!("../../../../shaders/stages/share_poses.wgsl"),
+        )
     }
 
     /// Compiles the stage.

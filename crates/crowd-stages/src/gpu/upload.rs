@@ -268,7 +268,7 @@ pub(crate) struct CrowdBuffers {
 impl CrowdBuffers {
     pub(crate) fn new(up: &mut Uploader<'_>, data: &CrowdData) -> Result<Self> {
         let fewer = "put fewer characters into one pack";
-        let buckets = Buckets::of(data)?;
+        let buckets = Buckets::of(data)?.with_palettes_in(up.largest_binding());
         let quantized_lods = buckets.quantized_lods(data);
         let before = up.bytes;
         let animation = up.animation_texture(&data.animation)?;

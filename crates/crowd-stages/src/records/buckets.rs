@@ -45,16 +45,16 @@ pub struct BucketCounts {
     /// Those of meshes; levels of dots come after them, [`crate::dispatch::DOT_LEVELS`] a character, or of points,
     /// [`crate::dispatch::POINT_LEVELS`] a character.
     pub mesh_count: u32,
-    /// Rows of the largest palette, three a joint: each drawn instance has room for so many.
+    /// Rows of the largest palette, three a joint: each slot has room for so many.
     pub palette_rows: u32,
     /// The first impostor, one a character; all where the crowd has none.
     pub first_impostor: u32,
     /// The first of impostors that cross over from the coarsest mesh, one a character.
     pub first_fade: u32,
+    /// Palettes that the device can bind at a time: who comes behind the last is skinned in the vertex shader.
+    pub palette_slots: u32,
     /// Zero.
-    pub reserved_a: u32,
-    /// Zero.
-    pub reserved_b: u32,
+    pub reserved: u32,
 }
 
 /// Instances of a bucket in the sorted list, 8 bytes.

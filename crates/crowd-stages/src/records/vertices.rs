@@ -47,7 +47,7 @@ pub struct DrawnInstance {
     pub second_texel: u32,
     /// First of its skinned vertices; [`crowd_pack::NONE`] where there was no room for them. Of impostors the clip that they show.
     pub vertex_base: u32,
-    /// First row of its palette. Of impostors the instance's number.
+    /// First row of its palette; [`crowd_pack::NONE`] where there was no room for it. Of impostors the instance's number.
     pub palette_row: u32,
     /// Rows of its palette, three a joint; none where it is drawn as dots.
     pub row_count: u32,

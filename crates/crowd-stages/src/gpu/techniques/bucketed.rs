@@ -54,11 +54,14 @@ impl Painter for Bucketed {
         }
         let Workshop { up, crowd, frame, draw, options } = workshop;
         let skinning = PreSkinning::new(up, crowd, frame, options, &self.draws)?;
-        let palettes = [("HAS_PALETTES", 1.0)];
+        let palettes = [("HAS_PALETTES", 1.0), ("LACKS_PALETTES", skinning.lacks_palettes.into())];
         self.beforehand = Some(Beforehand {
             from_palettes: draw.pipeline_of("bucketed", &BucketDraws::INPUTS, &palettes),
             from_palettes_morphing: draw.pipeline_of("bucketed_morphing", &BucketDraws::MORPHING_INPUTS, &palettes),
-            skinned: draw.pipeline_with("bucketed_skinned", &BucketDraws::MORPHING_INPUTS),
+            skinned: match skinning.lacks_places {
+                true => draw.pipeline_of("bucketed_partly_skinned", &BucketDraws::MORPHING_INPUTS, &palettes),
+                false => draw.pipeline_with("bucketed_skinned", &BucketDraws::MORPHING_INPUTS),
+            },
             bound: draw.bind_skinned(crowd, frame, &skinning.palettes, &skinning.skinned),
             skinning,
         });
