@@ -25,7 +25,9 @@ fn number(level: &Value, key: &str) -> f64 {
 #[test]
 fn discrete_levels_are_named_finest_first_and_measured() {
     let (bench, said) = baked(&[]);
-    for word in ["lod1 (", "50% of the triangles", "within 0.5% of the height", "within 1 px at 120 px", ": reached"] {
+    for word in
+        ["lod1 (", "50% of the triangles", "within 0.5% of the height", "within 1 px RMS at 120 px", ": reached"]
+    {
         assert!(said.contains(word), "no {word} in:\n{said}");
     }
     let character = &bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json()["characters"][0];
@@ -42,11 +44,61 @@ fn discrete_levels_are_named_finest_first_and_measured() {
         let target = level["target"].as_str().unwrap();
         let (bound, pixels) = (number(level, "bound_m"), number(level, "bound_px"));
         assert!(!target.contains("of the height") || bound <= 0.005 * height, "{level}");
-        assert!(!target.contains("px at 120") || bound <= height / 120.0, "{level}");
+        assert!(!target.contains("px RMS at 120") || number(level, "rms_m") <= height / 120.0, "{level}");
         assert!((pixels - bound / height * 720.0).abs() < 1e-3 * pixels + 1e-6, "{level}");
     }
     let table = bench.run(&["inspect", "@out.crowdpack"]).expect(0).out;
     assert!(table.contains("lod2") && table.contains("4 discrete"), "{table}");
+}
+
+#[test]
+fn the_coarsest_level_within_a_distance_lies_between_quantised_ones() {
+    let bench = Bench::with(&["mara.glb"]);
+    let asked = ["--error", "1mm,3mm,9mm,3mm:rms", "--px", "1@300,1@300:max"];
+    bench.run(&[&["bake", "@mara.glb", "-o", "@out.crowdpack"], &asked[..]].concat()).expect(0);
+    let character = &bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json()["characters"][0];
+    let height = number(character, "height_m");
+    let limits = [
+        ("every point within 1mm", "bound_m", 0.001),
+        ("every point within 3mm", "bound_m", 0.003),
+        ("every point within 9mm", "bound_m", 0.009),
+        ("within 3mm RMS", "rms_m", 0.003),
+        ("within 1 px RMS at 300 px", "rms_m", height / 300.0),
+        ("every point within 1 px at 300 px", "bound_m", height / 300.0),
+    ];
+    let quantised = character["measured"].as_array().unwrap();
+    for level in character["discrete"].as_array().unwrap() {
+        let (_, figure, most) = limits.iter().find(|(words, ..)| level["target"] == *words).unwrap();
+        assert!(number(level, figure) <= *most, "{level}");
+        // The next coarser quantised level but those that measure better than a finer one exceeds it.
+        let finest =
+            quantised.iter().filter(|other| number(other, figure) > *most).map(|other| number(other, "triangles"));
+        let exceeding = finest.fold(0.0, f64::max);
+        let kept = quantised.iter().map(|other| number(other, "triangles")).filter(|&triangles| triangles > exceeding);
+        let coarsest_kept = kept.fold(f64::INFINITY, f64::min);
+        let triangles = number(level, "triangles");
+        assert!(exceeding < triangles && triangles <= coarsest_kept, "{level}: {exceeding}, {coarsest_kept}");
+    }
+    bench.run(&["verify", "@out.crowdpack"]).expect(0);
+}
+
+#[test]
+fn levels_that_come_out_equal_are_stored_once_and_named() {
+    let bench = Bench::with(&[TUBE]);
+    let input = format!("@{TUBE}");
+    let words = ["bake", &input, "-o", "@out.crowdpack", "--lod-ratio", "50%,0.5", "--error", "0.000001mm,100%"];
+    bench.run(&[&words[..], &["--report", "@bake.json"]].concat()).expect(0).says(&[
+        "level-repeated: 50%: the level `50% of the triangles` comes out as lod1 (50% of the triangles)",
+        "no level of the order is `every point within 0.000001mm` but full detail",
+    ]);
+    let character = &bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json()["characters"][0];
+    assert_eq!(character["discrete"].as_array().unwrap().len(), 2);
+    let report: Value = serde_json::from_slice(&bench.read("bake.json")).unwrap();
+    let warnings = report["characters"][0]["warnings"].as_array().unwrap();
+    assert_eq!(warnings.iter().filter(|warning| warning["code"] == "level-repeated").count(), 2);
+    let strict = [&words[..3], &["@strict.crowdpack", "--lod-ratio", "50%,0.5", "--strict"]].concat();
+    bench.run(&strict).expect(1).says(&["1 warning with --strict", "level-repeated"]);
+    assert!(!bench.path("strict.crowdpack").exists());
 }
 
 #[test]

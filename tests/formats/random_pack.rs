@@ -177,10 +177,13 @@ fn add_tables(
             pack.refit_vertices.extend(own);
         }
         let measured = push_table(pack, level.vertex_count, level.triangle_count, 0.25, refit, random);
-        let target = match random.below(4) {
+        let target = match random.below(7) {
             0 => ManifestTarget::Ratio(0.5),
             1 => ManifestTarget::ErrorM(0.01),
             2 => ManifestTarget::ErrorHeight(0.005),
+            3 => ManifestTarget::RmsM(0.01),
+            4 => ManifestTarget::RmsHeight(0.005),
+            5 => ManifestTarget::RmsPixels(1.0, 720.0),
             _ => ManifestTarget::Pixels(1.0, 720.0),
         };
         let reached = random.below(2) == 1;

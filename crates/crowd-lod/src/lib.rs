@@ -56,7 +56,7 @@ pub use distances::distances_to_surface;
 pub use interpenetration::{Interpenetration, LayeredMesh, find_layers, measure_interpenetration};
 pub use level_mesh::{LevelMesh, level_mesh};
 pub use measure::{measure_level, measured_frames};
-pub use measure_surfaces::{LevelSurface, Surface, SurfaceError, measure_surfaces};
+pub use measure_surfaces::{LevelSurface, Surface, SurfaceError, SurfaceMeasure, measure_surfaces};
 pub use refit::{RefitOptions, refit};
 pub use reform::reform;
 pub use types::*;

@@ -86,29 +86,7 @@ pub fn measure_surfaces(
     mean_frames: usize,
     samples: u32,
 ) -> Vec<SurfaceError> {
-    let frame_count = poses.palettes.len() / poses.joint_count.max(1);
-    let rest_tree = {
-        let mut tree = ClosestTriangles::new(full.positions, full.triangles);
-        tree.refit(full.positions, full.triangles);
-        tree
-    };
-    let pose_frame = |frame: usize| {
-        let positions = pose_surface(full, &poses.palettes[frame * poses.joint_count..][..poses.joint_count]);
-        let mut tree = rest_tree.clone();
-        tree.refit(&positions, full.triangles);
-        Posed { positions, tree }
-    };
-    let posed: Vec<Posed> = (0..frame_count).into_par_iter().map(pose_frame).collect();
-    let full_samples = spread_samples(full.positions, full.triangles, samples);
-    let reference = Reference {
-        full,
-        texels,
-        samples: &full_samples,
-        posed: &posed,
-        rounding_m: BOUND_ROUNDING * diagonal(full.positions),
-    };
-    let measure = |level: &LevelSurface<'_>| measure_level_surface(&reference, level, poses, mean_frames, samples);
-    levels.par_iter().map(measure).collect()
+    SurfaceMeasure::new(full, texels, poses, mean_frames, samples).measure(levels)
 }
 
 /// Full detail in one frame.
@@ -117,23 +95,64 @@ struct Posed {
     tree: ClosestTriangles,
 }
 
-/// Full detail, made ready once for all levels.
-struct Reference<'a> {
-    full: &'a Surface<'a>,
+/// Full detail, made ready once for all levels, also for those that are only known once others were measured.
+pub struct SurfaceMeasure<'a> {
+    full: Surface<'a>,
     texels: &'a [[f32; 2]],
-    samples: &'a [Sample],
-    posed: &'a [Posed],
+    palettes: &'a [Mat3x4],
+    joint_count: usize,
+    mean_frames: usize,
+    sample_count: u32,
+    samples: Vec<Sample>,
+    posed: Vec<Posed>,
     rounding_m: f32,
 }
 
-fn measure_level_surface(
-    reference: &Reference<'_>,
-    level: &LevelSurface<'_>,
-    poses: &LodPoses<'_>,
-    mean_frames: usize,
-    samples: u32,
-) -> SurfaceError {
-    let full = reference.full;
+impl<'a> SurfaceMeasure<'a> {
+    /// Poses full detail in all frames; what is given is described at [`measure_surfaces`].
+    ///
+    /// Panics if an index lies outside its slice.
+    pub fn new(
+        full: &Surface<'a>,
+        texels: &'a [[f32; 2]],
+        poses: &LodPoses<'a>,
+        mean_frames: usize,
+        sample_count: u32,
+    ) -> Self {
+        let frame_count = poses.palettes.len() / poses.joint_count.max(1);
+        let mut rest_tree = ClosestTriangles::new(full.positions, full.triangles);
+        rest_tree.refit(full.positions, full.triangles);
+        let pose_frame = |frame: usize| {
+            let positions = pose_surface(full, &poses.palettes[frame * poses.joint_count..][..poses.joint_count]);
+            let mut tree = rest_tree.clone();
+            tree.refit(&positions, full.triangles);
+            Posed { positions, tree }
+        };
+        Self {
+            full: *full,
+            texels,
+            palettes: poses.palettes,
+            joint_count: poses.joint_count,
+            mean_frames,
+            sample_count,
+            samples: spread_samples(full.positions, full.triangles, sample_count),
+            posed: (0..frame_count).into_par_iter().map(pose_frame).collect(),
+            rounding_m: BOUND_ROUNDING * diagonal(full.positions),
+        }
+    }
+
+    /// Measures levels against full detail. Panics if an index lies outside its slice.
+    pub fn measure(&self, levels: &[LevelSurface<'_>]) -> Vec<SurfaceError> {
+        levels.par_iter().map(|level| measure_level_surface(self, level)).collect()
+    }
+
+    fn palette(&self, frame: usize) -> &[Mat3x4] {
+        &self.palettes[frame * self.joint_count..][..self.joint_count]
+    }
+}
+
+fn measure_level_surface(reference: &SurfaceMeasure<'_>, level: &LevelSurface<'_>) -> SurfaceError {
+    let (full, mean_frames, samples) = (&reference.full, reference.mean_frames, reference.sample_count);
     let (surface, own) = match level {
         LevelSurface::Shared(triangles) => (Surface { triangles, ..*full }, false),
         LevelSurface::Own(surface) => (*surface, true),
@@ -144,7 +163,7 @@ fn measure_level_surface(
     let unchanged = |t: usize| !own && full.triangles.get(t) == surface.triangles.get(t);
     let mut tree = ClosestTriangles::new(surface.positions, surface.triangles);
     let level_samples = spread_samples(surface.positions, surface.triangles, samples);
-    let mut there = Points::samples(reference.samples, unchanged);
+    let mut there = Points::samples(&reference.samples, unchanged);
     let mut back = Points::samples(&level_samples, unchanged);
     let mut lost = Points::lost(full, if own { None } else { Some(surface.triangles) }, unchanged);
     let mut covered = Points::covering(&surface, own, unchanged);
@@ -153,8 +172,7 @@ fn measure_level_surface(
     // The last frames are the worst: they raise the maximum first, and spare the others their searches.
     for frame in (0..reference.posed.len()).rev() {
         let original = &reference.posed[frame];
-        let moved =
-            own.then(|| pose_surface(&surface, &poses.palettes[frame * poses.joint_count..][..poses.joint_count]));
+        let moved = own.then(|| pose_surface(&surface, reference.palette(frame)));
         let positions: &[[f32; 3]] = moved.as_deref().unwrap_or(&original.positions);
         tree.refit(positions, surface.triangles);
         let to_level = Target { positions, triangles: surface.triangles, tree: &tree };
@@ -302,15 +320,15 @@ impl Points {
 /// At rest, from points of full detail to the closest ones of the level that face the same way: the 95th percentile of the
 /// texture drift in texels, and the mean angle between normals in degrees.
 fn compare_at_rest(
-    reference: &Reference<'_>,
+    reference: &SurfaceMeasure<'_>,
     level: &Surface<'_>,
     mut tree: ClosestTriangles,
     unchanged: impl Fn(usize) -> bool,
 ) -> (f32, f32) {
-    let full = reference.full;
+    let full = &reference.full;
     tree.refit(level.positions, level.triangles);
     let (mut drifts, mut angle_sum, mut facing) = (Vec::new(), 0.0_f64, 0_u32);
-    for sample in reference.samples {
+    for sample in &reference.samples {
         let corners = full.triangles[sample.triangle as usize];
         let texels = reference.texels[corners[0] as usize];
         if unchanged(sample.triangle as usize) {

@@ -256,9 +256,12 @@ fn check_measured(
         let allowed = || "a name no other level of the character has".to_owned();
         expect(fits, || place(": name"), discrete.name.escape_debug(), allowed)?;
         let numbers = match discrete.target {
-            ManifestTarget::Ratio(share) => [share, 1.0],
-            ManifestTarget::ErrorM(distance) | ManifestTarget::ErrorHeight(distance) => [distance, 1.0],
-            ManifestTarget::Pixels(pixels, height) => [pixels, height],
+            ManifestTarget::Ratio(number)
+            | ManifestTarget::ErrorM(number)
+            | ManifestTarget::ErrorHeight(number)
+            | ManifestTarget::RmsM(number)
+            | ManifestTarget::RmsHeight(number) => [number, 1.0],
+            ManifestTarget::Pixels(pixels, height) | ManifestTarget::RmsPixels(pixels, height) => [pixels, height],
         };
         let fits = numbers.iter().all(|number| number.is_finite() && *number > 0.0);
         expect(fits, || place(": target"), format_args!("{numbers:?}"), || "finite, above 0".to_owned())?;

@@ -221,6 +221,12 @@ pub enum ManifestTarget {
     ErrorHeight(f32),
     /// A bound of at most so many pixels, where the character is so many pixels high.
     Pixels(f32, f32),
+    /// A root mean square distance of at most so many metres.
+    RmsM(f32),
+    /// A root mean square distance of at most this share of the character's height.
+    RmsHeight(f32),
+    /// A root mean square distance of at most so many pixels, where the character is so many pixels high.
+    RmsPixels(f32, f32),
 }
 
 impl Default for ManifestTarget {

@@ -6,6 +6,7 @@ use crate::bake_levels::{BakedLevels, LevelsAsked, bake_levels};
 use crate::emission::show_emission;
 use crate::error::{BakeError, Cause, Step};
 use crate::inspect::AnimationInspection;
+use crate::level_warnings::{expect_reached, say_levels, warn_of_high_floor, warn_of_repeats};
 use crate::ordered_mesh::OrderedMesh;
 use crate::plan::{Plan, PlanEntry};
 use crate::pose::{Mat3x4, pose_positions};
@@ -15,21 +16,14 @@ use crate::size::{height_of, resize, warn_of_size};
 use crate::store_animation::{StoredAnimation, store_animation};
 use crate::talk::Talk;
 use crate::units::counted;
-use crate::unpack::{Unpacked, triangle_target};
 use crate::views::{self, QuantizedMesh};
 use crowd_anim::{Bounds, FootContacts, SampledClip};
 use crowd_lod::{Appearance, CollapseOrder, Criteria, FrameReport, LodMesh, LodOptions, LodPoses};
-use crowd_pack::{AnimationLayout, ManifestTarget, PackContents};
+use crowd_pack::{AnimationLayout, PackContents};
 use crowd_source::{Limits, RawCharacter, Warning};
 use rayon::prelude::*;
 use std::path::Path;
 use std::time::Instant;
-
-/// A coarsest level above this share of the triangles, and above this many of them, is worth a warning: a far crowd
-/// member should cost little.
-const FLOOR_SHARE: f64 = 0.1;
-/// See [`FLOOR_SHARE`].
-const FLOOR_TRIANGLES: u32 = 128;
 
 /// Seconds that a step took.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -212,10 +206,15 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     if strict {
         expect_reached(&baked).map_err(|cause| BakeError::of(Step::Levels, name, cause))?;
     }
+    let repeated = warn_of_repeats(&baked);
+    if strict && !repeated.is_empty() {
+        let warnings = repeated.iter().map(warning_sentence).collect();
+        return Err(BakeError::of(Step::Levels, name, Cause::Warned { warnings }));
+    }
     // Who says a size knows it.
     let odd_size = || warn_of_size(baked.height_m, baked.bounds.radius);
     let odd_size = if entry.size.is_some() { None } else { odd_size() };
-    let odd = warn_of_high_floor(&baked).into_iter().chain(odd_size).chain(vanishing);
+    let odd = repeated.into_iter().chain(warn_of_high_floor(&baked)).chain(odd_size).chain(vanishing);
     let odd: Vec<Warning> = odd.collect();
     baked.warnings.extend(odd);
     Ok(baked)
@@ -316,51 +315,6 @@ fn store_levels(
     bake_levels(&ordered, &poses, height_m, asked)
 }
 
-/// With `--strict`, a level that does not reach its target refuses the character.
-fn expect_reached(baked: &BakedCharacter) -> Result<(), Cause> {
-    let order = &baked.order;
-    let Some(missed) = baked.levels.discrete.iter().find(|discrete| !discrete.reached) else { return Ok(()) };
-    let ManifestTarget::Ratio(share) = missed.target.0 else { return Ok(()) };
-    Err(Cause::TargetMissed {
-        what: "triangles",
-        asked: triangle_target(order.triangles.len() as u32, f64::from(share)).into(),
-        coarsest: order.levels.first().map_or(0, |level| level.triangle_count).into(),
-        blocked: blocked_where(baked),
-    })
-}
-
-/// What keeps the coarsest level from going further, and where, in words: as whoever opens the pack would say it.
-fn blocked_where(baked: &BakedCharacter) -> String {
-    match crate::assemble::assemble(std::slice::from_ref(baked), AnimationLayout::default()) {
-        Ok(contents) => Unpacked::new(&contents, 0).blocked(),
-        // The character is refused for that a little later; until then the counts must do.
-        Err(_) => {
-            let b = baked.order.blocked;
-            blocked_sentence(b.fixed, b.seam, b.topology, b.flip, b.ended)
-        }
-    }
-}
-
-/// Says so when the coarsest level is far from a crowd's far field, and why.
-fn warn_of_high_floor(baked: &BakedCharacter) -> Option<Warning> {
-    let order = &baked.order;
-    let (coarsest, full) = (order.levels.first()?.triangle_count, order.levels.last()?.triangle_count);
-    let ended = order.blocked.ended > 0;
-    if ended || f64::from(coarsest) <= f64::from(full) * FLOOR_SHARE || coarsest <= FLOOR_TRIANGLES {
-        return None;
-    }
-    Some(Warning {
-        code: "coarsest-level-high",
-        place: "mesh".to_owned(),
-        count: coarsest.into(),
-        message: format!(
-            "the coarsest level keeps {coarsest} of {full} triangles ({:.0} %); {}",
-            100.0 * f64::from(coarsest) / f64::from(full),
-            blocked_where(baked)
-        ),
-    })
-}
-
 /// What the check of the chosen frames found, in words; `None` where there was nothing to check.
 fn check_sentence(frames: &FrameReport) -> Option<String> {
     let check = frames.check?;
@@ -377,19 +331,6 @@ fn check_sentence(frames: &FrameReport) -> Option<String> {
         },
         if check.holds { "" } else { "; more than the 3 % or 1.1 allowed, `--frames all` is exact" },
     ))
-}
-
-/// What keeps the coarsest level from going further, in words.
-pub fn blocked_sentence(fixed: u32, seam: u32, topology: u32, flip: u32, ended: u32) -> String {
-    if ended > 0 {
-        return format!(
-            "nothing holds it: the detail was ended there, {ended} positions could still move; see --coarsest"
-        );
-    }
-    format!(
-        "positions that cannot move: {fixed} on open borders or of class fixed, {seam} on seams without a partner, \
-         {topology} that would change the topology, {flip} that would flip a triangle"
-    )
 }
 
 fn bound_clip(mesh: &QuantizedMesh, order: &CollapseOrder, clip: &SampledClip, raw: &RawCharacter) -> Bounds {
@@ -429,32 +370,6 @@ fn say_baked(talk: &Talk<'_>, baked: &BakedCharacter, seconds: f64) {
     }
     for step in &baked.steps {
         talk.detail(format_args!("  {}: {} {:.3} s", baked.name, step.step.name(), step.seconds));
-    }
-}
-
-/// One line a discrete level: asked for, got, reached or what holds it.
-fn say_levels(talk: &Talk<'_>, baked: &BakedCharacter) {
-    let full = f64::from(baked.order.levels.last().map_or(1, |level| level.triangle_count.max(1)));
-    for discrete in &baked.levels.discrete {
-        let triangles = discrete.level.indices.len() / 3;
-        let refitted = if discrete.level.own.is_some() { ", refitted" } else { "" };
-        talk.note(format_args!(
-            "  {} ({}): {} triangles ({:.1} %), within {:.1} mm, rms {:.1} mm{refitted}: {}",
-            discrete.name,
-            discrete.target.words(),
-            triangles,
-            100.0 * triangles as f64 / full,
-            f64::from(discrete.level.error.surface.bound_m) * 1e3,
-            f64::from(discrete.level.error.surface.rms_m) * 1e3,
-            if discrete.reached { "reached" } else { "not reached" },
-        ));
-        if !discrete.reached {
-            let held = blocked_where(baked);
-            talk.warn(format_args!(
-                "{}: {} is not reached; {held}; `crowdbake explain` says what to change",
-                baked.name, discrete.name
-            ));
-        }
     }
 }
 

@@ -2,9 +2,10 @@
 //! for, each with an index table in cache order and measured.
 
 use crate::lod_target::LodTarget;
-use crate::measure_levels::{LevelError, LevelShape, MeasuredFrames, SAMPLES_PER_FRAME, measure_levels, poked_shares};
+use crate::measure_levels::{LevelError, LevelMeasure, LevelShape, MeasuredFrames, SAMPLES_PER_FRAME, poked_shares};
 use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crate::pose::Mat3x4;
+use crate::search_levels::search_levels;
 use crate::unpack::triangle_target;
 use crowd_lod::{Level, LodPoses, RefitOptions, SurfaceError, geometric_levels, refit};
 use crowd_pack::{ManifestTarget, VertexRecord, limits};
@@ -36,6 +37,17 @@ pub struct DiscreteLevel {
     pub level: BakedLevel,
 }
 
+/// A level that someone asked for and that is not stored, since it is another one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RepeatedLevel {
+    /// What was asked for.
+    pub target: LodTarget,
+    /// False where even the coarsest level has more triangles.
+    pub reached: bool,
+    /// The discrete level that it is, by its place; `None` for full detail.
+    pub same_as: Option<usize>,
+}
+
 /// All levels of a character.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BakedLevels {
@@ -43,6 +55,8 @@ pub struct BakedLevels {
     pub quantized: Vec<BakedLevel>,
     /// Finest first.
     pub discrete: Vec<DiscreteLevel>,
+    /// Those asked for that came out as one of these or as full detail.
+    pub repeated: Vec<RepeatedLevel>,
     /// Frames measured.
     pub frames: MeasuredFrames,
 }
@@ -60,6 +74,7 @@ pub struct LevelsAsked {
 const MISSED_SHARE: f32 = 0.1;
 
 /// A level chosen for a target.
+#[derive(Debug, Clone, Copy)]
 struct Chosen {
     target: LodTarget,
     reached: bool,
@@ -69,61 +84,97 @@ struct Chosen {
 /// Chooses, measures and orders the levels. `poses`: all frames of all clips. `height_m`: the character's.
 ///
 /// The bound of a quantised level is at least that of each finer one, so that the levels within a bound are those from one
-/// on. A refitted level that measures worse than it did before is left as it was.
+/// on. A refitted level that measures worse than it did before, or that does not keep its limit any more, is left as it was.
 pub fn bake_levels(mesh: &OrderedMesh, poses: &LodPoses<'_>, height_m: f32, asked: &LevelsAsked) -> BakedLevels {
     let order = &mesh.order;
-    let quantized: Vec<Level> = geometric_levels(&order.levels, limits::QUANTIZED_LEVELS as usize)
-        .into_iter()
-        .map(|index| order.levels[index])
-        .collect();
+    let places = geometric_levels(&order.levels, limits::QUANTIZED_LEVELS as usize);
+    let quantized: Vec<Level> = places.iter().map(|&index| order.levels[index]).collect();
     let frames = MeasuredFrames::choose(mesh, &quantized[..quantized.len().saturating_sub(1)], poses);
     let palettes = palettes_of(poses, &frames);
-    let measure =
-        |shapes: &[LevelShape]| measure_levels(mesh, shapes, &frames, &palettes, poses.joint_count, SAMPLES_PER_FRAME);
+    let measuring = LevelMeasure::new(mesh, &frames, &palettes, poses.joint_count, SAMPLES_PER_FRAME);
+    let measure = |shapes: &[LevelShape]| measuring.measure(shapes);
     let poke = |shapes: &[LevelShape]| poked_shares(mesh, shapes, &frames, &palettes, poses.joint_count);
+    let shapes_of = |levels: &[Level]| -> Vec<LevelShape> {
+        levels.iter().map(|level| LevelShape::Shared(mesh.level_triangles(level))).collect()
+    };
 
     let ratios: Vec<Chosen> = asked.targets.iter().filter_map(|&target| choose_by_ratio(mesh, target)).collect();
-    let shapes: Vec<LevelShape> = quantized
-        .iter()
-        .chain(ratios.iter().map(|chosen| &chosen.level))
-        .map(|level| LevelShape::Shared(mesh.level_triangles(level)))
-        .collect();
-    let mut errors = join(measure(&shapes), poke(&shapes));
+    let mut levels = quantized.clone();
+    levels.extend(ratios.iter().map(|chosen| chosen.level));
+    let mut errors = measure(&shapes_of(&levels));
     let mut ratio_errors = errors.split_off(quantized.len());
     for finer in (1..errors.len()).rev() {
-        let bound = errors[finer].surface.bound_m;
-        let coarser = &mut errors[finer - 1].surface;
+        let bound = errors[finer].bound_m;
+        let coarser = &mut errors[finer - 1];
         coarser.bound_m = coarser.bound_m.max(bound);
     }
     // Nor below that of the quantised level next above: what was found there may be there still.
     for (chosen, error) in ratios.iter().zip(&mut ratio_errors) {
         let finer = quantized.partition_point(|level| level.triangle_count < chosen.level.triangle_count);
-        let bound = errors.get(finer).map_or(0.0, |error| error.surface.bound_m);
-        error.surface.bound_m = error.surface.bound_m.max(bound);
+        let bound = errors.get(finer).map_or(0.0, |error| error.bound_m);
+        error.bound_m = error.bound_m.max(bound);
     }
 
-    let mut discrete: Vec<(Chosen, LevelError)> = ratios.into_iter().zip(ratio_errors).collect();
-    for &target in &asked.targets {
-        if let Some(bound_m) = target.bound_m(height_m) {
-            // Bounds never rise towards full detail, which lies on itself.
-            let index = errors.partition_point(|error| error.surface.bound_m > bound_m).min(errors.len() - 1);
-            discrete.push((Chosen { target, reached: true, level: quantized[index] }, errors[index]));
-        }
+    let mut discrete: Vec<(Chosen, SurfaceError)> = ratios.into_iter().zip(ratio_errors).collect();
+    let limited: Vec<_> = asked.targets.iter().filter_map(|&t| Some((t, t.limit_m(height_m)?))).collect();
+    let limits: Vec<_> = limited.iter().map(|&(_, limit)| limit).collect();
+    let found = search_levels(&order.levels, &places, &errors, &limits, |levels| measure(&shapes_of(levels)));
+    for ((target, _), found) in limited.into_iter().zip(found) {
+        discrete.push((Chosen { target, reached: true, level: order.levels[found.index] }, found.error));
     }
     discrete.sort_by_key(|(chosen, _)| std::cmp::Reverse(chosen.level.triangle_count));
+    let (discrete, repeated) = without_repeats(discrete, order.triangles.len() as u32);
+
+    levels.truncate(quantized.len());
+    levels.extend(discrete.iter().map(|(chosen, _)| chosen.level));
+    errors.extend(discrete.iter().map(|(_, error)| *error));
+    let mut errors = join(errors, poke(&shapes_of(&levels)));
+    let discrete: Vec<(Chosen, LevelError)> =
+        discrete.iter().map(|&(chosen, _)| chosen).zip(errors.split_off(quantized.len())).collect();
 
     let quantized = quantized.par_iter().zip(errors).map(|(level, error)| shared_level(mesh, level, error)).collect();
     let refitted = if asked.refit { refit_levels(mesh, poses, &discrete, measure, poke) } else { Vec::new() };
     let discrete = discrete.into_iter().enumerate().map(|(number, (chosen, error))| {
-        let better = refitted.get(number).filter(|level| level.error.surface.rms_m <= error.surface.rms_m);
+        let within = |level: &&BakedLevel| {
+            let surface = &level.error.surface;
+            let limit = chosen.target.limit_m(height_m);
+            surface.rms_m <= error.surface.rms_m && limit.is_none_or(|(distance, most)| distance.of(surface) <= most)
+        };
+        let better = refitted.get(number).filter(within);
         DiscreteLevel {
-            name: format!("lod{}", number + 1),
+            name: level_name(number),
             target: chosen.target,
             reached: chosen.reached,
             level: better.cloned().unwrap_or_else(|| shared_level(mesh, &chosen.level, error)),
         }
     });
-    BakedLevels { quantized, discrete: discrete.collect(), frames }
+    BakedLevels { quantized, discrete: discrete.collect(), repeated, frames }
+}
+
+/// `lod1` the finest.
+pub(crate) fn level_name(number: usize) -> String {
+    format!("lod{}", number + 1)
+}
+
+/// Each level once, for whom it was asked first; and those asked for that are one of these, or full detail for want of a coarser one
+/// within a distance. `discrete`: finest first.
+fn without_repeats(
+    discrete: Vec<(Chosen, SurfaceError)>,
+    full_triangle_count: u32,
+) -> (Vec<(Chosen, SurfaceError)>, Vec<RepeatedLevel>) {
+    let (mut kept, mut repeated): (Vec<(Chosen, SurfaceError)>, _) = (Vec::new(), Vec::new());
+    for (chosen, error) in discrete {
+        let Chosen { target, reached, level } = chosen;
+        let by_share = matches!(target.0, ManifestTarget::Ratio(_));
+        if kept.last().is_some_and(|(last, _)| last.level.triangle_count == level.triangle_count) {
+            repeated.push(RepeatedLevel { target, reached, same_as: Some(kept.len() - 1) });
+        } else if level.triangle_count == full_triangle_count && !by_share {
+            repeated.push(RepeatedLevel { target, reached, same_as: None });
+        } else {
+            kept.push((chosen, error));
+        }
+    }
+    (kept, repeated)
 }
 
 /// The largest level of at most that share of the triangles; `None` for other targets.

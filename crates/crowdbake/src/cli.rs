@@ -110,7 +110,7 @@ Inputs:
       source = \"knight.glb\"
       name = \"knight\"               # default: the file's stem
       clips = [\"Idle\", \"Walk*\"]     # default: all; also fps, criteria, frames
-      lod_ratio = [0.5, \"25%\"]      # also error = [\"5mm\", \"0.5%\"], px = [\"1@240\"], refit = true
+      lod_ratio = [0.5, \"25%\"]      # also error = [\"5mm\", \"0.5%\"], px = [\"1@240\", \"1@720:max\"], refit = true
       clip_weights = { Walk = 2.0 }  # default: all count alike
       attribute_weights = { uv = 2.0 }  # uv, normal, color, layers; default: 1
       scale = 0.01                  # a file in centimetres; or height = 1.8 (metres)
@@ -283,11 +283,13 @@ pub struct LevelOptions {
     /// Levels of these shares of the triangles, as in 0.5,0.25 or 50%,25%.
     #[arg(long, value_delimiter = ',', value_parser = LodTarget::parse_ratio, value_name = "R,...")]
     pub lod_ratio: Vec<LodTarget>,
-    /// For each distance the coarsest level that stays within it in every frame: 5mm, 2cm, 0.005 (metres), or 0.5% of the height.
+    /// For each distance the coarsest level found that stays within it: 5mm, 2cm, 0.005 (metres), or 0.5% of the height. Every point in
+    /// every frame counts (the measured bound, a quarter above the largest distance found); 5mm:rms takes the root mean square.
     #[arg(long, value_delimiter = ',', value_parser = LodTarget::parse_error, value_name = "E,...")]
     pub error: Vec<LodTarget>,
-    /// For each P@H the coarsest level that is off by at most P pixels where the character is H pixels high on the screen:
-    /// 1@720,1@240,1@80 gives a chain for a pixel's accuracy. P alone is P@720.
+    /// For each P@H the coarsest level found that is off by P pixels at most where the character is H pixels high on the screen:
+    /// 1@720,1@240,1@80 gives a chain. P alone is P@720. The root mean square over surface and frames counts; single points are off by
+    /// more, and the bake prints by how much. 1@240:max holds for every point in every frame, and keeps far more triangles.
     #[arg(long, value_delimiter = ',', value_parser = LodTarget::parse_pixels, value_name = "P@H,...")]
     pub px: Vec<LodTarget>,
     /// Move the vertices of discrete levels, and fit their skin weights, so that they lie closest to full detail over the frames.
@@ -327,8 +329,8 @@ pub struct BakeArgs {
     /// take three times the bytes. 0: none [default: 0].
     #[arg(long, value_parser = parse_impostors, value_name = "PX", help_heading = "How to bake")]
     pub impostors: Option<u32>,
-    /// Refuse a character whose file had to be repaired (what the import warns of, triangles left out), or whose levels do not
-    /// reach a share asked for (exit code 5).
+    /// Refuse a character whose file had to be repaired (what the import warns of, triangles left out), of whose levels asked for two come
+    /// out as one, or whose levels do not reach a share asked for (exit code 5).
     #[arg(long, help_heading = "How to bake")]
     pub strict: bool,
     /// Threads, up to 256; 0 for one a core. The pack's bytes do not depend on it.

@@ -437,8 +437,11 @@ pub fn write(plan: &Plan) -> String {
 fn write_lods(out: &mut String, entry: &PlanEntry) {
     let kind = |target: &LodTarget| match target.0 {
         ManifestTarget::Ratio(_) => "lod_ratio",
-        ManifestTarget::ErrorM(_) | ManifestTarget::ErrorHeight(_) => "error",
-        ManifestTarget::Pixels(..) => "px",
+        ManifestTarget::ErrorM(_)
+        | ManifestTarget::ErrorHeight(_)
+        | ManifestTarget::RmsM(_)
+        | ManifestTarget::RmsHeight(_) => "error",
+        ManifestTarget::Pixels(..) | ManifestTarget::RmsPixels(..) => "px",
     };
     for field in ["lod_ratio", "error", "px"] {
         let targets = entry.levels.targets.iter().filter(|target| kind(target) == field);

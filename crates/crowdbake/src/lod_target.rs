@@ -1,7 +1,38 @@
 //! What a discrete level is asked to be: words in, words out.
 
-use crowd_lod::Coarsest;
+use crowd_lod::{Coarsest, SurfaceError};
 use crowd_pack::ManifestTarget;
+
+/// Which distance to full detail a target limits (decision 0074).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Distance {
+    /// What no point exceeds in any frame: the measured bound.
+    EveryPoint,
+    /// Root mean square over the surface and the frames.
+    Rms,
+}
+
+impl Distance {
+    /// As measured of a level, metres.
+    pub fn of(self, error: &SurfaceError) -> f32 {
+        match self {
+            Self::EveryPoint => error.bound_m,
+            Self::Rms => error.rms_m,
+        }
+    }
+
+    /// `5mm:max`: every point; `5mm:rms`; without a word `usual`.
+    fn split(text: &str, usual: Self) -> Result<(&str, Self), String> {
+        match text.trim().rsplit_once(':') {
+            None => Ok((text, usual)),
+            Some((number, word)) => match word.trim() {
+                "max" => Ok((number, Self::EveryPoint)),
+                "rms" => Ok((number, Self::Rms)),
+                _ => Err(format!("found {text}, allowed after the colon max (every point in every frame) or rms")),
+            },
+        }
+    }
+}
 
 /// A target as people write it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,18 +56,23 @@ impl LodTarget {
         Err(format!("found {text}, allowed above 0 and up to 1, or up to 100%"))
     }
 
-    /// `0.005`, `5mm`, `0.5cm`, `0.005m`: a distance. `0.5%`: a share of the height.
+    /// `0.005`, `5mm`, `0.5cm`, `0.005m`: a distance that no point exceeds. `0.5%`: a share of the height. `5mm:rms`: root mean square.
     ///
     /// # Errors
     /// What was found and what is allowed.
     pub fn parse_error(text: &str) -> Result<Self, String> {
+        let (text, distance) = Distance::split(text, Distance::EveryPoint)?;
         let (number, unit) = number_and_unit(text)?;
         let metres = match unit {
             "" | "m" => number,
             "cm" => number / 100.0,
             "mm" => number / 1000.0,
             "%" if number > 0.0 && number <= 100.0 => {
-                return Ok(Self(ManifestTarget::ErrorHeight((number / 100.0) as f32)));
+                let share = (number / 100.0) as f32;
+                return Ok(Self(match distance {
+                    Distance::EveryPoint => ManifestTarget::ErrorHeight(share),
+                    Distance::Rms => ManifestTarget::RmsHeight(share),
+                }));
             }
             _ => {
                 return Err(format!(
@@ -45,33 +81,44 @@ impl LodTarget {
             }
         };
         if (1e-9..=1e6).contains(&metres) {
-            return Ok(Self(ManifestTarget::ErrorM(metres as f32)));
+            let metres = metres as f32;
+            return Ok(Self(match distance {
+                Distance::EveryPoint => ManifestTarget::ErrorM(metres),
+                Distance::Rms => ManifestTarget::RmsM(metres),
+            }));
         }
         Err(format!("found {text}, allowed above 0"))
     }
 
-    /// `1@120`: one pixel where the character is 120 pixels high; `1` alone means at 720.
+    /// `1@120`: one pixel RMS where the character is 120 pixels high; `1` alone means at 720. `1@120:max`: no point is off by more.
     ///
     /// # Errors
     /// What was found and what is allowed.
     pub fn parse_pixels(text: &str) -> Result<Self, String> {
-        let allowed = || format!("found {text}, allowed PIXELS@HEIGHT, as in 1@120");
-        let (pixels, height) = text.trim().split_once('@').unwrap_or((text.trim(), "720"));
+        let allowed = || format!("found {text}, allowed PIXELS@HEIGHT, as in 1@120 or 1@120:max");
+        let (number, distance) = Distance::split(text, Distance::Rms)?;
+        let (pixels, height) = number.trim().split_once('@').unwrap_or((number.trim(), "720"));
         let number = |part: &str| part.trim().trim_end_matches("px").parse::<f32>().map_err(|_| allowed());
         let (pixels, height) = (number(pixels)?, number(height)?);
         if (1e-3..=1e5).contains(&pixels) && (1.0..=1e5).contains(&height) {
-            return Ok(Self(ManifestTarget::Pixels(pixels, height)));
+            return Ok(Self(match distance {
+                Distance::EveryPoint => ManifestTarget::Pixels(pixels, height),
+                Distance::Rms => ManifestTarget::RmsPixels(pixels, height),
+            }));
         }
         Err(allowed())
     }
 
-    /// The distance that a bound may have, metres; `None` for a share of the triangles.
-    pub fn bound_m(self, height_m: f32) -> Option<f32> {
+    /// Which distance may be how large, metres; `None` for a share of the triangles.
+    pub fn limit_m(self, height_m: f32) -> Option<(Distance, f32)> {
         match self.0 {
             ManifestTarget::Ratio(_) => None,
-            ManifestTarget::ErrorM(distance) => Some(distance),
-            ManifestTarget::ErrorHeight(share) => Some(share * height_m),
-            ManifestTarget::Pixels(pixels, height_px) => Some(pixels / height_px * height_m),
+            ManifestTarget::ErrorM(distance) => Some((Distance::EveryPoint, distance)),
+            ManifestTarget::RmsM(distance) => Some((Distance::Rms, distance)),
+            ManifestTarget::ErrorHeight(share) => Some((Distance::EveryPoint, share * height_m)),
+            ManifestTarget::RmsHeight(share) => Some((Distance::Rms, share * height_m)),
+            ManifestTarget::Pixels(pixels, height_px) => Some((Distance::EveryPoint, pixels / height_px * height_m)),
+            ManifestTarget::RmsPixels(pixels, height_px) => Some((Distance::Rms, pixels / height_px * height_m)),
         }
     }
 }
@@ -79,11 +126,14 @@ impl LodTarget {
 /// As `parse` reads it back.
 impl std::fmt::Display for LodTarget {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let percent = |share: f32| short(f64::from(share) * 100.0);
         match self.0 {
-            ManifestTarget::Ratio(share) => write!(f, "{}%", short(f64::from(share) * 100.0)),
+            ManifestTarget::Ratio(share) | ManifestTarget::ErrorHeight(share) => write!(f, "{}%", percent(share)),
+            ManifestTarget::RmsHeight(share) => write!(f, "{}%:rms", percent(share)),
             ManifestTarget::ErrorM(metres) => write!(f, "{}mm", short(f64::from(metres) * 1000.0)),
-            ManifestTarget::ErrorHeight(share) => write!(f, "{}%", short(f64::from(share) * 100.0)),
-            ManifestTarget::Pixels(pixels, height) => write!(f, "{pixels}@{height}"),
+            ManifestTarget::RmsM(metres) => write!(f, "{}mm:rms", short(f64::from(metres) * 1000.0)),
+            ManifestTarget::Pixels(pixels, height) => write!(f, "{pixels}@{height}:max"),
+            ManifestTarget::RmsPixels(pixels, height) => write!(f, "{pixels}@{height}"),
         }
     }
 }
@@ -91,11 +141,16 @@ impl std::fmt::Display for LodTarget {
 impl LodTarget {
     /// In a sentence.
     pub fn words(self) -> String {
+        let number = self.to_string();
+        let number = number.split(':').next().unwrap_or_default();
         match self.0 {
-            ManifestTarget::Ratio(_) => format!("{self} of the triangles"),
-            ManifestTarget::ErrorM(_) => format!("within {self}"),
-            ManifestTarget::ErrorHeight(_) => format!("within {self} of the height"),
-            ManifestTarget::Pixels(pixels, height) => format!("within {pixels} px at {height} px"),
+            ManifestTarget::Ratio(_) => format!("{number} of the triangles"),
+            ManifestTarget::ErrorM(_) => format!("every point within {number}"),
+            ManifestTarget::RmsM(_) => format!("within {number} RMS"),
+            ManifestTarget::ErrorHeight(_) => format!("every point within {number} of the height"),
+            ManifestTarget::RmsHeight(_) => format!("within {number} of the height RMS"),
+            ManifestTarget::Pixels(pixels, height) => format!("every point within {pixels} px at {height} px"),
+            ManifestTarget::RmsPixels(pixels, height) => format!("within {pixels} px RMS at {height} px"),
         }
     }
 }
@@ -173,9 +228,14 @@ mod tests {
         }
         assert_eq!(error("0.5%"), Ok(ManifestTarget::ErrorHeight(0.005)));
         let pixels = |text| LodTarget::parse_pixels(text).map(|target| target.0);
-        assert_eq!(pixels("1@120"), Ok(ManifestTarget::Pixels(1.0, 120.0)));
-        assert_eq!(pixels("1.5px@720px"), Ok(ManifestTarget::Pixels(1.5, 720.0)));
-        assert_eq!(pixels("2"), Ok(ManifestTarget::Pixels(2.0, 720.0)));
+        assert_eq!(pixels("1@120"), Ok(ManifestTarget::RmsPixels(1.0, 120.0)));
+        assert_eq!(pixels("1.5px@720px:rms"), Ok(ManifestTarget::RmsPixels(1.5, 720.0)));
+        assert_eq!(pixels("2"), Ok(ManifestTarget::RmsPixels(2.0, 720.0)));
+        assert_eq!(pixels("1@120:max"), Ok(ManifestTarget::Pixels(1.0, 120.0)));
+        assert_eq!(pixels("1 : max"), Ok(ManifestTarget::Pixels(1.0, 720.0)));
+        assert_eq!(error("5mm:max"), Ok(ManifestTarget::ErrorM(0.005)));
+        assert_eq!(error("5mm:rms"), Ok(ManifestTarget::RmsM(0.005)));
+        assert_eq!(error("0.5%: rms"), Ok(ManifestTarget::RmsHeight(0.005)));
     }
 
     #[test]
@@ -184,6 +244,10 @@ mod tests {
             assert!(ratio(text).unwrap_err().contains("allowed"), "{text}");
             assert!(error(text).unwrap_err().contains("allowed") || text == "5 feet", "{text}");
         }
+        for text in ["5mm:mean", "5mm:", "0.5%:max:rms"] {
+            assert!(error(text).unwrap_err().contains("allowed"), "{text}");
+        }
+        assert!(LodTarget::parse_pixels("1@120:mean").unwrap_err().contains("max (every point in every frame) or rms"));
         for text in ["@", "1@", "@720", "1@0", "0@720", "nan@720", "1@inf", "1@2@3"] {
             assert!(LodTarget::parse_pixels(text).unwrap_err().contains("PIXELS@HEIGHT"), "{text}");
         }
@@ -195,12 +259,14 @@ mod tests {
             let target = LodTarget::parse_ratio(text).unwrap();
             assert_eq!(LodTarget::parse_ratio(&target.to_string()), Ok(target));
         }
-        for text in ["5mm", "0.123cm", "0.5%", "12.5%"] {
+        for text in ["5mm", "0.123cm", "0.5%", "12.5%", "5mm:rms", "0.5%:rms"] {
             let target = LodTarget::parse_error(text).unwrap();
             assert_eq!(LodTarget::parse_error(&target.to_string()), Ok(target));
         }
-        let target = LodTarget::parse_pixels("1.5@96").unwrap();
-        assert_eq!(LodTarget::parse_pixels(&target.to_string()), Ok(target));
+        for text in ["1.5@96", "1.5@96:max"] {
+            let target = LodTarget::parse_pixels(text).unwrap();
+            assert_eq!(LodTarget::parse_pixels(&target.to_string()), Ok(target));
+        }
         assert_eq!(LodTarget::parse_ratio("25%").unwrap().words(), "25% of the triangles");
     }
 
@@ -221,7 +287,9 @@ mod tests {
     #[test]
     fn pixels_are_distances_of_a_height() {
         let pixel = LodTarget::parse_pixels("1@180").unwrap();
-        assert_eq!(pixel.bound_m(1.8), Some(0.01));
-        assert_eq!(LodTarget::parse_ratio("1").unwrap().bound_m(1.8), None);
+        assert_eq!(pixel.limit_m(1.8), Some((Distance::Rms, 0.01)));
+        let most = LodTarget::parse_pixels("1@180:max").unwrap();
+        assert_eq!(most.limit_m(1.8), Some((Distance::EveryPoint, 0.01)));
+        assert_eq!(LodTarget::parse_ratio("1").unwrap().limit_m(1.8), None);
     }
 }

@@ -3,7 +3,7 @@
 use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crate::pose::Mat3x4;
 use crowd_lod::{
-    LayeredMesh, Level, LevelSurface, LodPoses, SurfaceError, find_layers, measure_interpenetration, measure_surfaces,
+    LayeredMesh, Level, LevelSurface, LodPoses, SurfaceError, SurfaceMeasure, find_layers, measure_interpenetration,
     measured_frames, worst_frames,
 };
 
@@ -61,31 +61,45 @@ pub struct LevelError {
     pub poked_share: f32,
 }
 
-/// Measures levels. `palettes`: those of `frames`, in their order, `joint_count` matrices each.
-pub fn measure_levels(
-    mesh: &OrderedMesh,
-    shapes: &[LevelShape],
-    frames: &MeasuredFrames,
-    palettes: &[Mat3x4],
-    joint_count: usize,
-    samples: u32,
-) -> Vec<SurfaceError> {
-    let numbers: Vec<u32> = frames.all().collect();
-    let weights = vec![1.0 / numbers.len().max(1) as f32; numbers.len()];
-    let poses = LodPoses { palettes, joint_count, frame_weights: &weights };
-    let levels: Vec<LevelSurface<'_>> = shapes
-        .iter()
-        .map(|shape| match shape {
-            LevelShape::Shared(triangles) => LevelSurface::Shared(triangles),
-            LevelShape::Own(vertices, triangles) => LevelSurface::Own(vertices.surface(triangles)),
-        })
-        .collect();
-    let errors = measure_surfaces(&mesh.surface(), &mesh.texels, &levels, &poses, frames.mean.len(), samples);
-    let number = |error: SurfaceError| SurfaceError {
-        max_frame: numbers.get(error.max_frame as usize).copied().unwrap_or_default(),
-        ..error
-    };
-    errors.into_iter().map(number).collect()
+/// Measures levels of a character, one call after another.
+pub struct LevelMeasure<'a> {
+    /// Numbers of the frames, counted over all clips.
+    numbers: Vec<u32>,
+    surfaces: SurfaceMeasure<'a>,
+}
+
+impl<'a> LevelMeasure<'a> {
+    /// Makes ready for measuring. `palettes`: those of `frames`, in their order, `joint_count` matrices each. `samples`: points a
+    /// side and frame that the mean is taken over.
+    pub fn new(
+        mesh: &'a OrderedMesh,
+        frames: &MeasuredFrames,
+        palettes: &'a [Mat3x4],
+        joint_count: usize,
+        samples: u32,
+    ) -> Self {
+        let poses = LodPoses { palettes, joint_count, frame_weights: &[] };
+        Self {
+            numbers: frames.all().collect(),
+            surfaces: SurfaceMeasure::new(&mesh.surface(), &mesh.texels, &poses, frames.mean.len(), samples),
+        }
+    }
+
+    /// What is measured of each level.
+    pub fn measure(&self, shapes: &[LevelShape]) -> Vec<SurfaceError> {
+        let levels: Vec<LevelSurface<'_>> = shapes
+            .iter()
+            .map(|shape| match shape {
+                LevelShape::Shared(triangles) => LevelSurface::Shared(triangles),
+                LevelShape::Own(vertices, triangles) => LevelSurface::Own(vertices.surface(triangles)),
+            })
+            .collect();
+        let number = |error: SurfaceError| SurfaceError {
+            max_frame: self.numbers.get(error.max_frame as usize).copied().unwrap_or_default(),
+            ..error
+        };
+        self.surfaces.measure(&levels).into_iter().map(number).collect()
+    }
 }
 
 /// For each level the share of the surface that has come out through a layer, mean over `frames.mean`.

@@ -1,8 +1,9 @@
 //! One character of a pack as slices: what export, verify and pictures work on.
 
-use crate::bake::{self, blocked_sentence};
+use crate::bake;
 use crate::cli::BakeOptions;
 use crate::error::{BakeError, Cause, Step};
+use crate::level_warnings::blocked_sentence;
 use crate::plan::PlanEntry;
 use crate::pose::Mat3x4;
 use crate::store_animation::animation_bytes;

@@ -2,7 +2,7 @@
 //!
 //! That the bytes are whole and the records agree with each other was checked on opening; here levels are rebuilt.
 
-use crate::measure_levels::{LevelShape, MeasuredFrames, measure_levels};
+use crate::measure_levels::{LevelMeasure, LevelShape, MeasuredFrames};
 use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crate::pose::{Mat3x4, pose_positions};
 use crate::units::{counted, length};
@@ -318,7 +318,7 @@ fn check_errors(character: &Unpacked<'_>) -> Result<String, String> {
         manifest.measured.iter().chain(manifest.discrete.iter().map(|discrete| &discrete.measured)).collect();
     let palettes = palettes_of(character, &frames);
     let samples = measuring.samples_per_frame.min(MOST_SAMPLES);
-    let found = measure_levels(&mesh, &shapes, &frames, &palettes, character.joint_count(), samples);
+    let found = LevelMeasure::new(&mesh, &frames, &palettes, character.joint_count(), samples).measure(&shapes);
     let floor_m = 1e-5 * character.record.height_m.max(character.record.sphere[3]);
     let mut largest = 0.0_f32;
     for (promised, found) in promised.iter().zip(&found) {
