@@ -1,7 +1,7 @@
 //! `fixtures/packs/v3`, `v4` and `v5` load and mean what they meant, for our reader and for one that knows only `docs/FORMAT.md`; `packs/v1` and
 //! `packs/v2` are refused by their versions.
 
-use crate::independent_reader::{Reader, crc32};
+use crate::independent_reader::{Reader, Track, crc32};
 use crate::tiny_pack;
 use crowd_pack::{AnimationLayout, Error, JointStorage, Pack};
 use std::path::{Path, PathBuf};
@@ -88,6 +88,14 @@ fn a_pack_with_finishes_has_the_committed_bytes_of_version_5() {
     assert_eq!((plain.numbers, plain.textures, plain.blend), ([0.0, 1.0, 0.0, 0.0, 0.0, 1.0], [None; 7], false));
     assert_eq!(finishes.names, [vec!["coat"], vec!["bumps", ""], vec!["", "rig"]]);
     assert_eq!(pack.finish_image(1), &tiny_pack::PNG[..70]);
+    let [(no_joints, no_places, no_tracks), (joints, places, tracks)] = &finishes.rigs[..] else { panic!("two rigs") };
+    assert!(no_joints.is_empty() && no_places.is_empty() && no_tracks.is_empty());
+    assert_eq!(joints[0], (1, vec![0.5; 16]));
+    assert_eq!((joints.len(), places[0]), (places.len() + 1, 1));
+    let nodes = |tracks: &[Track]| tracks.iter().map(|track| track.node).collect::<Vec<_>>();
+    for (spare, (_, own)) in tracks.iter().zip(&pack.characters[1].clips) {
+        assert_eq!(nodes(spare), nodes(own));
+    }
 }
 
 #[test]

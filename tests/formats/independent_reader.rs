@@ -63,7 +63,12 @@ pub struct Finishes {
     pub materials: Vec<Finish>,
     /// Three lists.
     pub names: [Vec<String>; 3],
+    /// One a character: node and matrix of the joints, places, curves clip by clip.
+    pub rigs: Vec<Rig>,
 }
+
+/// Joints, places, curves.
+pub type Rig = (Vec<(u32, Vec<f32>)>, Vec<u32>, Vec<Vec<Track>>);
 
 /// Of one material.
 pub struct Finish {
@@ -266,8 +271,13 @@ impl<'a> Reader<'a> {
         let mut at = Cursor { bytes, at: 0 };
         let materials = at.list(Cursor::finish);
         let names = [0; 3].map(|_| at.list(Cursor::string));
+        let rigs = at.list(|at| {
+            let joints = at.list(|at| (at.varint() as u32, at.floats(16)));
+            let places = at.list(|at| at.varint() as u32);
+            (joints, places, at.list(|at| at.list(|at| self.read_track(at))))
+        });
         assert_eq!(at.at, bytes.len(), "the finishes are used up");
-        Finishes { materials, names }
+        Finishes { materials, names, rigs }
     }
 
     /// Texels that a character's impostors are wide and high.

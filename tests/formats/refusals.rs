@@ -273,6 +273,15 @@ const BROKEN_FINISHES: &[(&str, Break)] = &[
     ("material 0: texture: image", |p| p.finishes.materials[0].specular_texture.as_mut().unwrap().image = NONE),
     ("material 0: texture: wraps", |p| p.finishes.materials[0].normal.as_mut().unwrap().wraps = 3),
     ("material 0: texture: wraps", |p| p.finishes.materials[0].normal.as_mut().unwrap().wraps = 16),
+    ("finishes: rigs", |p| p.finishes.rigs.truncate(1)),
+    ("rig 1: joint 0: node", |p| p.finishes.rigs[1].joints[0].node = 2),
+    ("rig 1: joint 1: inverse bind matrix", |p| p.finishes.rigs[1].joints[1].inverse_bind[3] = f32::NAN),
+    ("rig 1: places", |p| p.finishes.rigs[1].places.clear()),
+    ("rig 0: places", |p| p.finishes.rigs[0].places.resize(100, 0)),
+    ("rig 1: place", |p| p.finishes.rigs[1].places[0] = 100),
+    ("rig 1: place", |p| p.finishes.rigs[1].places.fill(1)),
+    ("rig 1: tracks", |p| p.finishes.rigs[1].tracks.truncate(1)),
+    ("rig 1: track 0: node", |p| p.finishes.rigs[1].tracks.iter_mut().flatten().next().unwrap().node = 9),
     ("material 0: texture: weight", |p| p.finishes.materials[0].normal.as_mut().unwrap().weight = f32::NAN),
 ];
 

@@ -4,7 +4,7 @@ use crowd_pack::{
     AnimationLayout, CharacterRecord, ClipRecord, Finish, FinishBase, FinishTexture, Finishes, ImpostorRecord,
     JointStorage, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestBlocked, ManifestCharacter, ManifestClip,
     ManifestContact, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured, ManifestMeasuring, ManifestNode,
-    ManifestPart, ManifestSeams, ManifestTarget, ManifestTrack, MaterialRecord, NONE, PackContents, VertexRecord,
+    ManifestPart, ManifestSeams, ManifestTarget, ManifestTrack, MaterialRecord, NONE, PackContents, Rig, VertexRecord,
     material_flags, store_frame,
 };
 
@@ -78,6 +78,15 @@ pub fn with_finishes() -> PackContents {
         image_names: vec!["coat".to_owned()],
         finish_image_names: vec!["bumps".to_owned(), String::new()],
         skin_names: vec![String::new(), "rig".to_owned()],
+        rigs: vec![Rig::default(); 2],
+    };
+    // The tetrahedron's joints stand behind one that nothing follows; the curves of its clips come once more.
+    let tetrahedron = &pack.manifest.characters[1];
+    let joints = tetrahedron.joints.iter().cloned();
+    pack.finishes.rigs[1] = Rig {
+        joints: std::iter::once(ManifestJoint { node: 1, inverse_bind: [0.5; 16] }).chain(joints).collect(),
+        places: (1..=tetrahedron.joints.len() as u32).collect(),
+        tracks: tetrahedron.clips.iter().map(|clip| clip.tracks.clone()).collect(),
     };
     pack
 }

@@ -25,8 +25,8 @@ pub(crate) fn check_contents(contents: &PackContents) -> Result<()> {
     }
     covered.expect_all(contents)?;
     check_impostors(contents)?;
-    check_finishes(contents)?;
-    check_manifest(contents)
+    check_manifest(contents)?;
+    check_finishes(contents)
 }
 
 /// Elements of each section that the characters so far account for.

@@ -177,7 +177,12 @@ fn check_feet(joints: usize, duration_s: f32, clip: &ManifestClip, place: &dyn F
     Ok(())
 }
 
-fn check_track(values: &[f32], nodes: usize, track: &ManifestTrack, place: &dyn Fn(&str) -> String) -> Result<()> {
+pub(crate) fn check_track(
+    values: &[f32],
+    nodes: usize,
+    track: &ManifestTrack,
+    place: &dyn Fn(&str) -> String,
+) -> Result<()> {
     expect((track.node as usize) < nodes, || place("node"), track.node, || format!("below {nodes}"))?;
     expect(track.property <= 2, || place("property"), track.property, || "0 to 2".to_owned())?;
     expect(track.interpolation <= 2, || place("interpolation"), track.interpolation, || "0 to 2".to_owned())?;

@@ -1,8 +1,9 @@
 //! What materials have beside their base colour, and names: for exports, not for drawing. Bincode with a byte limit, as the manifest.
 
 use crate::check_contents::{check_image_records, expect, expect_finite};
-use crate::check_manifest::{decode_value, encode_value};
-use crate::{NONE, PackContents, Result};
+use crate::check_manifest::{check_track, decode_value, encode_value};
+use crate::layout::refuse_above;
+use crate::{ManifestJoint, ManifestTrack, NONE, PackContents, Result, limits};
 use serde::{Deserialize, Serialize};
 
 /// The `finishes` section. A pack of plain materials and no names has none: all lists are empty then.
@@ -16,6 +17,19 @@ pub struct Finishes {
     pub finish_image_names: Vec<String>,
     /// Names of the characters' skins, one each; empty for those that have none.
     pub skin_names: Vec<String>,
+    /// The characters' rigs, one each.
+    pub rigs: Vec<Rig>,
+}
+
+/// The skin of a character as its source has it. Nothing in the lists where that is what the character has.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Rig {
+    /// All joints of the skin, used or not.
+    pub joints: Vec<ManifestJoint>,
+    /// For each of the character's joints, where it stands in that list.
+    pub places: Vec<u32>,
+    /// Clip by clip, the curves of nodes that move nothing of the mesh.
+    pub tracks: Vec<Vec<ManifestTrack>>,
 }
 
 /// What a material has beside its record, with glTF 2.0's meaning. The default is a material of nothing else: no metal, rough, dark.
@@ -107,7 +121,8 @@ impl Finishes {
     pub fn drop_if_plain(&mut self) {
         let names = [&self.image_names, &self.finish_image_names, &self.skin_names];
         let unnamed = names.into_iter().flatten().all(String::is_empty);
-        if unnamed && self.materials.iter().all(|finish| *finish == Finish::default()) {
+        let no_rigs = self.rigs.iter().all(|rig| *rig == Rig::default());
+        if unnamed && no_rigs && self.materials.iter().all(|finish| *finish == Finish::default()) {
             *self = Self::default();
         }
     }
@@ -142,11 +157,43 @@ pub(crate) fn check_finishes(contents: &PackContents) -> Result<()> {
         ("image names", finishes.image_names.len(), contents.images.len()),
         ("names of finish images", finishes.finish_image_names.len(), contents.finish_images.len()),
         ("skin names", finishes.skin_names.len(), contents.characters.len()),
+        ("rigs", finishes.rigs.len(), contents.characters.len()),
     ] {
         expect(found == count, || format!("finishes: {field}"), found, || format!("{count}, one each"))?;
     }
     for (number, finish) in finishes.materials.iter().enumerate() {
         check_finish(contents, finish, &|field| format!("finishes: material {number}: {field}"))?;
+    }
+    for (number, rig) in finishes.rigs.iter().enumerate() {
+        check_rig(contents, number, rig, &|field| format!("finishes: rig {number}: {field}"))?;
+    }
+    Ok(())
+}
+
+/// Joints on nodes that exist, a place of its own for each of the character's, curves as those of its clips.
+fn check_rig(contents: &PackContents, index: usize, rig: &Rig, here: &dyn Fn(&str) -> String) -> Result<()> {
+    let record = &contents.characters[index];
+    let nodes = contents.manifest.characters[index].nodes.len();
+    refuse_above(&here("joints"), rig.joints.len() as u64, limits::JOINTS_PER_CHARACTER)?;
+    for (number, joint) in rig.joints.iter().enumerate() {
+        let fits = (joint.node as usize) < nodes;
+        expect(fits, || here(&format!("joint {number}: node")), joint.node, || format!("below {nodes}"))?;
+        expect_finite(&joint.inverse_bind, || here(&format!("joint {number}: inverse bind matrix")))?;
+    }
+    let (found, joints) = (rig.places.len(), record.joint_count);
+    let fits = found == joints as usize || (found == 0 && rig.joints.is_empty());
+    expect(fits, || here("places"), found, || format!("{joints}, one a joint, or no joints at all"))?;
+    let mut taken = vec![false; rig.joints.len()];
+    for &place in &rig.places {
+        let fits = taken.get_mut(place as usize).is_some_and(|taken| !std::mem::replace(taken, true));
+        expect(fits, || here("place"), place, || format!("below {}, none twice", rig.joints.len()))?;
+    }
+    let (found, clips) = (rig.tracks.len(), record.clip_count);
+    let fits = found == 0 || found == clips as usize;
+    expect(fits, || here("tracks"), found, || format!("0, or {clips}, a list a clip"))?;
+    for (number, track) in rig.tracks.iter().flatten().enumerate() {
+        let place = |field: &str| here(&format!("track {number}: {field}"));
+        check_track(&contents.track_values, nodes, track, &place)?;
     }
     Ok(())
 }
@@ -196,6 +243,7 @@ mod tests {
             image_names: vec![String::new()],
             finish_image_names: Vec::new(),
             skin_names: vec![String::new()],
+            rigs: vec![Rig::default()],
         };
         let mut named = finishes.clone();
         named.skin_names[0] = "rig".into();
@@ -207,6 +255,6 @@ mod tests {
         assert!(encode_finishes(&finishes).unwrap().is_empty());
         assert_eq!(decode_finishes(&[]).unwrap(), finishes);
         // A second way to write nothing.
-        assert!(decode_finishes(&[0, 0, 0, 0]).is_err());
+        assert!(decode_finishes(&[0, 0, 0, 0, 0]).is_err());
     }
 }

@@ -21,6 +21,8 @@ pub struct RawCharacter {
     pub nodes: Vec<RawNode>,
     /// The matrices that vertices refer to. At least one.
     pub joints: Vec<RawJoint>,
+    /// The joints of its skin as the file lists them, used or not, for exports.
+    pub rig: RawRig,
     /// The animations; empty when the file has none.
     pub clips: Vec<RawClip>,
     /// What was dropped, repaired or approximated, with counts and remedies.
@@ -94,6 +96,15 @@ pub struct RawJoint {
     pub inverse_bind: [f32; 16],
 }
 
+/// A skin's list of joints. Empty where it is [`RawCharacter::joints`], or the file has no skin.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RawRig {
+    /// The first skin's joints in the file's order, then those of `joints` that it lacks.
+    pub joints: Vec<RawJoint>,
+    /// For each of `joints`, where it stands in this list.
+    pub places: Vec<u32>,
+}
+
 /// An animation clip: tracks over one time axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawClip {
@@ -101,6 +112,8 @@ pub struct RawClip {
     pub name: String,
     /// The curves; never two for one node and property.
     pub tracks: Vec<RawTrack>,
+    /// Curves of other nodes, which move nothing of the mesh; for exports.
+    pub spare_tracks: Vec<RawTrack>,
 }
 
 /// One curve: a property of a node over time.

@@ -13,9 +13,11 @@ use crowd_pack::{
     AnimationLayout, CharacterRecord, ClipRecord, JointStorage, LevelRecord, LevelSetRecord, LodRecord, Manifest,
     ManifestBlocked, ManifestCharacter, ManifestClip, ManifestContact, ManifestDiscrete, ManifestJoint, ManifestLevel,
     ManifestMeasured, ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTrack, MaterialRecord,
-    NONE, PackContents, REFERENCE_HEIGHT_PX, Texel, VertexRecord, material_flags, obstacle, vertex_class,
+    NONE, PackContents, REFERENCE_HEIGHT_PX, Rig, Texel, VertexRecord, material_flags, obstacle, vertex_class,
 };
-use crowd_source::{ImageEncoding, RawClip, RawImage, RawInterpolation, RawMaterial, RawProperty, RawWrap};
+use crowd_source::{
+    ImageEncoding, RawCharacter, RawClip, RawImage, RawInterpolation, RawMaterial, RawProperty, RawTrack, RawWrap,
+};
 use std::collections::HashMap;
 
 /// Puts characters into one pack, in the order given. The same characters give the same bytes.
@@ -109,6 +111,8 @@ impl Assembly {
         }
         self.contents.finishes.skin_names.push(baked.raw.skin_name.clone());
         let manifest = self.manifest_character(baked, &materials)?;
+        let rig = self.rig(&baked.raw)?;
+        self.contents.finishes.rigs.push(rig);
         self.contents.characters.push(record);
         self.contents.manifest.characters.push(manifest);
         Ok(())
@@ -216,8 +220,25 @@ impl Assembly {
     }
 
     fn manifest_clip(&mut self, clip: &RawClip) -> Result<ManifestClip, Cause> {
-        let mut tracks = Vec::with_capacity(clip.tracks.len());
-        for track in &clip.tracks {
+        let tracks = self.manifest_tracks(&clip.tracks)?;
+        Ok(ManifestClip { name: clip.name.clone(), tracks, ..ManifestClip::default() })
+    }
+
+    /// The skin as the source has it.
+    fn rig(&mut self, raw: &RawCharacter) -> Result<Rig, Cause> {
+        let mut tracks = Vec::new();
+        if raw.clips.iter().any(|clip| !clip.spare_tracks.is_empty()) {
+            for clip in &raw.clips {
+                tracks.push(self.manifest_tracks(&clip.spare_tracks)?);
+            }
+        }
+        let joints = raw.rig.joints.iter().map(|j| ManifestJoint { node: j.node, inverse_bind: j.inverse_bind });
+        Ok(Rig { joints: joints.collect(), places: raw.rig.places.clone(), tracks })
+    }
+
+    fn manifest_tracks(&mut self, raw: &[RawTrack]) -> Result<Vec<ManifestTrack>, Cause> {
+        let mut tracks = Vec::with_capacity(raw.len());
+        for track in raw {
             tracks.push(ManifestTrack {
                 node: track.node,
                 property: match track.property {
@@ -236,7 +257,7 @@ impl Assembly {
                 value_count: track.values.len() as u32,
             });
         }
-        Ok(ManifestClip { name: clip.name.clone(), tracks, ..ManifestClip::default() })
+        Ok(tracks)
     }
 
     fn manifest_character(&mut self, baked: &BakedCharacter, materials: &[u16]) -> Result<ManifestCharacter, Cause> {

@@ -65,8 +65,8 @@ pub enum Command {
     Verify(VerifyArgs),
     /// Write a level of a character as a glTF binary with skin, clips and materials.
     ///
-    /// The file has one mesh and one skin. The skin has the joints that vertices follow, in an order of its own, and clips have the curves that move them: engines that
-    /// exchange meshes under one skeleton go by the joints' names.
+    /// The file has one mesh and one skin, which lists the joints of the source's first skin in their order, used or not, so that engines can exchange meshes under
+    /// one skeleton. Joints of other skins and of rigid parts follow at the end.
     #[command(after_help = EXPORT_EXAMPLES)]
     Export(ExportArgs),
     /// Draw levels of detail side by side.

@@ -89,7 +89,7 @@ fn export_mesh(
 
 /// A mesh that hangs from one node as it lies needs no skin.
 fn needs_skin(character: &Unpacked<'_>) -> bool {
-    !matches!(character.manifest.joints.as_slice(), [only] if only.inverse_bind == IDENTITY)
+    !matches!(character.skin_joints(), [only] if only.inverse_bind == IDENTITY)
 }
 
 fn primitive_json(
@@ -122,8 +122,8 @@ fn primitive_json(
         set("COLOR_0", buffer.byte_attribute(&colors, true));
     }
     if skinned {
-        let joints: Vec<[u16; 4]> = vertices.iter().map(|vertex| vertex.joint_indices()).collect();
-        let joints = if character.joint_count() <= 256 {
+        let joints: Vec<[u16; 4]> = vertices.iter().map(|vertex| listed_joints(character, vertex)).collect();
+        let joints = if character.skin_joints().len() <= 256 {
             let bytes: Vec<[u8; 4]> = joints.iter().map(|joints| joints.map(|joint| joint as u8)).collect();
             buffer.byte_attribute(&bytes, false)
         } else {
@@ -135,6 +135,16 @@ fn primitive_json(
     }
     let indices = buffer.indices(&primitive.indices, vertices.len());
     json!({ "attributes": attributes, "indices": indices, "material": material })
+}
+
+/// The joints of a vertex as the source's skin lists them; 0 where they have no weight.
+fn listed_joints(character: &Unpacked<'_>, vertex: &VertexRecord) -> [u16; 4] {
+    let (joints, weights) = (vertex.joint_indices(), vertex.weights_unorm16());
+    let places = character.rig().map_or(&[][..], |rig| &rig.places);
+    if places.is_empty() {
+        return joints;
+    }
+    std::array::from_fn(|slot| if weights[slot] == 0 { 0 } else { places[usize::from(joints[slot])] as u16 })
 }
 
 /// The node tree as it was, a node for the mesh, and the skin.
@@ -157,7 +167,7 @@ fn add_nodes(character: &Unpacked<'_>, skinned: bool, document: &mut Map<String,
             children.push(std::mem::take(&mut roots));
             roots = vec![nodes.len() - 1];
         }
-        let inverse_binds: Vec<f32> = manifest.joints.iter().flat_map(|joint| joint.inverse_bind).collect();
+        let inverse_binds: Vec<f32> = character.skin_joints().iter().flat_map(|joint| joint.inverse_bind).collect();
         let accessor = buffer.floats(&inverse_binds, 16, false);
         let mut skin = json!({ "joints": joint_nodes, "inverseBindMatrices": accessor });
         if let Some(name) = character.skin_name() {
@@ -185,7 +195,7 @@ fn add_nodes(character: &Unpacked<'_>, skinned: bool, document: &mut Map<String,
 fn joint_nodes(character: &Unpacked<'_>, nodes: &mut Vec<Value>, children: &mut Vec<Vec<usize>>) -> Vec<usize> {
     let mut taken = BTreeSet::new();
     let mut joint_nodes = Vec::new();
-    for joint in &character.manifest.joints {
+    for joint in character.skin_joints() {
         let node = joint.node as usize;
         if taken.insert(node) {
             joint_nodes.push(node);
@@ -221,8 +231,10 @@ fn unit(q: [f32; 4]) -> [f32; 4] {
 
 fn animations_json(character: &Unpacked<'_>, buffer: &mut GlbBuffer) -> Vec<Value> {
     let mut shared = BTreeMap::new();
-    let clips = character.manifest.clips.iter().filter(|clip| !clip.tracks.is_empty());
-    clips.map(|clip| animation_json(character, clip, &mut shared, buffer)).collect()
+    let clips = character.manifest.clips.iter().enumerate().filter(|(_, clip)| !clip.tracks.is_empty());
+    // Curves of joints that move nothing of this mesh may move something of another one under the same skeleton.
+    let spare = |index: usize| character.rig().and_then(|rig| rig.tracks.get(index)).map_or(&[][..], Vec::as_slice);
+    clips.map(|(index, clip)| animation_json(character, clip, spare(index), &mut shared, buffer)).collect()
 }
 
 /// Curves share accessors as they share floats in the pack: key (offset, count, floats an element).
@@ -231,12 +243,13 @@ type SharedAccessors = BTreeMap<(u32, u32, usize), usize>;
 fn animation_json(
     character: &Unpacked<'_>,
     clip: &ManifestClip,
+    spare: &[ManifestTrack],
     shared: &mut SharedAccessors,
     buffer: &mut GlbBuffer,
 ) -> Value {
     let floats = &character.contents.track_values;
     let (mut samplers, mut channels) = (Vec::new(), Vec::new());
-    for track in &clip.tracks {
+    for track in clip.tracks.iter().chain(spare) {
         let times = &floats[track.time_offset as usize..][..track.key_count as usize];
         let input =
             *shared.entry((track.time_offset, track.key_count, 1)).or_insert_with(|| buffer.floats(times, 1, true));

@@ -80,7 +80,10 @@ mod tests {
     use super::*;
 
     fn clips(names: &[&str]) -> Vec<RawClip> {
-        names.iter().map(|name| RawClip { name: (*name).to_owned(), tracks: Vec::new() }).collect()
+        names
+            .iter()
+            .map(|name| RawClip { name: (*name).to_owned(), tracks: Vec::new(), spare_tracks: Vec::new() })
+            .collect()
     }
 
     #[test]

@@ -46,11 +46,13 @@ pub(crate) fn resize(raw: &mut RawCharacter, asked: SizeAsked) -> Result<f32, Ca
     // A pose P becomes S P S^-1: a uniform scale leaves rotations and scales as they are.
     let lengths = (raw.mesh.positions.iter_mut().flatten())
         .chain(raw.nodes.iter_mut().flat_map(|node| &mut node.translation))
-        .chain(raw.joints.iter_mut().flat_map(|joint| &mut joint.inverse_bind[12..15]))
-        .chain(raw.clips.iter_mut().flat_map(|clip| &mut clip.tracks).flat_map(|track| {
-            let is_length = track.property == RawProperty::Translation;
-            track.values.iter_mut().filter(move |_| is_length)
-        }));
+        .chain(raw.joints.iter_mut().chain(&mut raw.rig.joints).flat_map(|joint| &mut joint.inverse_bind[12..15]))
+        .chain(raw.clips.iter_mut().flat_map(|clip| clip.tracks.iter_mut().chain(&mut clip.spare_tracks)).flat_map(
+            |track| {
+                let is_length = track.property == RawProperty::Translation;
+                track.values.iter_mut().filter(move |_| is_length)
+            },
+        ));
     let mut farthest = 0.0_f32;
     for length in lengths {
         *length *= factor;

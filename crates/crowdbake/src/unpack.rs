@@ -9,7 +9,8 @@ use crate::pose::Mat3x4;
 use crate::store_animation::animation_bytes;
 use crowd_pack::{
     AnimationLayout, CharacterRecord, ClipRecord, Finish, ImpostorRecord, LevelRecord, LevelSetRecord, LodRecord,
-    MAGIC, ManifestCharacter, MaterialRecord, Pack, PackContents, SPLIT_JOINT_BYTES, VertexRecord, stored_frames,
+    MAGIC, ManifestCharacter, ManifestJoint, MaterialRecord, Pack, PackContents, Rig, SPLIT_JOINT_BYTES, VertexRecord,
+    stored_frames,
 };
 use glam::{Mat4, Quat, Vec3};
 use std::io::Read;
@@ -152,6 +153,19 @@ impl<'a> Unpacked<'a> {
     pub fn finish(&self, material: u32) -> Finish {
         let index = (self.record.material_offset + material) as usize;
         self.contents.finishes.materials.get(index).cloned().unwrap_or_default()
+    }
+
+    /// Its skin as the source has it, where that is another than what its vertices need.
+    pub fn rig(&self) -> Option<&'a Rig> {
+        self.contents.finishes.rigs.get(self.index)
+    }
+
+    /// The joints of its skin, used or not.
+    pub fn skin_joints(&self) -> &'a [ManifestJoint] {
+        match self.rig() {
+            Some(rig) if !rig.joints.is_empty() => &rig.joints,
+            _ => &self.manifest.joints,
+        }
     }
 
     /// The name of its skin, where that has one.

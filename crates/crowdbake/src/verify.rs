@@ -7,7 +7,7 @@ use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crate::pose::{Mat3x4, pose_positions};
 use crate::units::{counted, length};
 use crate::unpack::Unpacked;
-use crowd_pack::{ImpostorRecord, LevelRecord, LodRecord, ManifestMeasured, PackContents, vertex_class};
+use crowd_pack::{ImageRecord, ImpostorRecord, LevelRecord, LodRecord, ManifestMeasured, PackContents, vertex_class};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -63,13 +63,15 @@ pub fn verify(contents: &PackContents, level_count: usize) -> Vec<Check> {
 }
 
 fn check_images(contents: &PackContents) -> Check {
-    let decode = |index: usize| {
-        let image = contents.images[index];
-        let bytes = &contents.image_bytes[image.byte_offset as usize..][..image.byte_count as usize];
-        let texture = crowd_raster::decode_texture(bytes, 64).map_err(|error| format!("image {index}: {error}"))?;
-        if texture.mips.is_empty() { Err(format!("image {index}: no pixels")) } else { Ok(()) }
+    let shown = contents.images.iter().map(|image| ("image", image, &contents.image_bytes));
+    let carried = contents.finish_images.iter().map(|image| ("finish image", image, &contents.finish_bytes));
+    let images: Vec<_> = shown.enumerate().chain(carried.enumerate()).collect();
+    let decode = |&(index, (what, image, all_bytes)): &(usize, (&str, &ImageRecord, &Vec<u8>))| {
+        let bytes = &all_bytes[image.byte_offset as usize..][..image.byte_count as usize];
+        let texture = crowd_raster::decode_texture(bytes, 64).map_err(|error| format!("{what} {index}: {error}"))?;
+        if texture.mips.is_empty() { Err(format!("{what} {index}: no pixels")) } else { Ok(()) }
     };
-    let result: Result<Vec<()>, String> = (0..contents.images.len()).into_par_iter().map(decode).collect();
+    let result: Result<Vec<()>, String> = images.par_iter().map(decode).collect();
     let (passed, detail) = match result {
         Ok(images) => (true, format!("{} decode", counted(images.len(), "image"))),
         Err(problem) => (false, problem),

@@ -16,7 +16,7 @@ use crate::refusal::{Asset, Warnings};
 use crate::{RawClip, RawInterpolation, RawProperty, RawTrack, Result};
 
 /// Reads all animations. `node_remap` gives kept nodes by document index; `moving[n]` says whether kept node n carries
-/// a joint, itself or further down: other nodes move nothing, and their curves are left out.
+/// a joint, itself or further down: other nodes move nothing, and their curves are kept apart.
 pub(super) fn read_clips(
     asset: Asset<'_>,
     root: &Root,
@@ -27,7 +27,7 @@ pub(super) fn read_clips(
 ) -> Result<Vec<RawClip>> {
     let mut clips = Vec::new();
     let mut names = BTreeSet::new();
-    let mut keys_read = 0u64;
+    let (mut keys_read, mut spare_keys_read) = (0, 0);
     for (index, animation) in root.animations.iter().enumerate() {
         let place = describe("animation", index, animation.name.as_ref());
         let reader = ClipReader { asset, root, buffers, node_remap, moving, place };
@@ -38,7 +38,8 @@ pub(super) fn read_clips(
             continue;
         }
         let name = name_or(animation.name.as_deref(), || format!("clip {index}"));
-        clips.push(RawClip { name: unique_name(name, &mut names), tracks });
+        let spare_tracks = reader.read_spare_tracks(animation, &mut spare_keys_read);
+        clips.push(RawClip { name: unique_name(name, &mut names), tracks, spare_tracks });
     }
     Ok(clips)
 }
@@ -100,6 +101,32 @@ impl ClipReader<'_, '_> {
             tracks.push(self.read_track(here, animation, channel, node, property, keys_read, warnings)?);
         }
         Ok(tracks)
+    }
+
+    /// Curves of nodes that move nothing. The first that is not in order, or one too many, ends it for the whole file: nothing of the
+    /// character depends on them.
+    fn read_spare_tracks(&self, animation: &Animation, keys_read: &mut u64) -> Vec<RawTrack> {
+        let mut tracks = Vec::new();
+        let mut taken = BTreeSet::new();
+        for channel in &animation.channels {
+            let property = match channel.target.path {
+                Checked::Valid(Property::Translation) => RawProperty::Translation,
+                Checked::Valid(Property::Rotation) => RawProperty::Rotation,
+                Checked::Valid(Property::Scale) => RawProperty::Scale,
+                _ => continue,
+            };
+            let node = self.node_remap.get(channel.target.node.value()).copied().flatten();
+            let Some(node) = node.filter(|node| !self.moving[*node as usize]) else { continue };
+            if *keys_read > self.asset.limits.keys || !taken.insert((node, property)) {
+                continue;
+            }
+            let mut unsaid = Warnings::default();
+            match self.read_track(String::new(), animation, channel, node, property, keys_read, &mut unsaid) {
+                Ok(track) => tracks.push(track),
+                Err(_) => *keys_read = u64::MAX,
+            }
+        }
+        tracks
     }
 
     fn read_track(

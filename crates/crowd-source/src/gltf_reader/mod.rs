@@ -42,7 +42,7 @@ pub(crate) fn read_gltf(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<
 
     let images = || images::ImageTable::new(asset, &root, &buffers, &folder);
     let mut materials = materials::MaterialTable::new(asset, &root, images(), images());
-    let (mesh, palette) = place::place_meshes(asset, &root, &buffers, &tree, &mut materials, &mut warnings)?;
+    let (mesh, palette, rig) = place::place_meshes(asset, &root, &buffers, &tree, &mut materials, &mut warnings)?;
 
     let moving = carrying_nodes(&tree, palette.nodes());
     let clips = clips::read_clips(asset, &root, &buffers, &tree.node_remap, &moving, &mut warnings)?;
@@ -56,6 +56,7 @@ pub(crate) fn read_gltf(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<
         finish_images: materials.finish_images.images,
         nodes: tree.nodes,
         joints: palette.into_joints(),
+        rig,
         clips,
         warnings: warnings.into_list(),
     })

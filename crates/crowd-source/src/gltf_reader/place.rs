@@ -10,13 +10,13 @@ use super::buffers::Buffers;
 use super::materials::{MaterialTable, texture_uses};
 use super::nodes::{NodeTree, node_place};
 use super::primitives::{Geometry, Shape};
-use super::skins::{Palette, Skin, common_from_group, group_bind_spaces, is_invertible, read_skin};
+use super::skins::{Palette, Skin, common_from_group, group_bind_spaces, is_invertible, read_skin, rig_of};
 use crate::part::{
     DEGENERATE, PartMesh, all_degenerate, append_part, complete_normals, is_too_far, too_far, weld_vertices,
 };
 use crate::refusal::{Asset, Warnings};
 use crate::turned_surfaces::{TURNED, count_turned};
-use crate::{RawMesh, Result};
+use crate::{RawMesh, RawRig, Result};
 
 /// A mesh hanging from a node of the scene.
 struct Instance {
@@ -36,7 +36,7 @@ pub(super) fn place_meshes(
     tree: &NodeTree,
     materials: &mut MaterialTable<'_, '_>,
     warnings: &mut Warnings,
-) -> Result<(RawMesh, Palette)> {
+) -> Result<(RawMesh, Palette, RawRig)> {
     let instances = list_instances(root, tree);
     let (shapes, skipped, mut degenerate_count) = read_shapes(asset, root, buffers, &instances, warnings)?;
     let skins = read_skins(asset, root, buffers, tree, &instances)?;
@@ -110,7 +110,10 @@ pub(super) fn place_meshes(
         return Err(asset.format("scene", found));
     }
     let palette = drop_unused_joints(&mut mesh, palette);
-    Ok((mesh, palette))
+    let first_skin = instances.iter().find_map(|instance| instance.skin);
+    let rig = first_skin.map(|skin| rig_of(&skins[&skin], common_from[&skin], &palette)).unwrap_or_default();
+    let rig = if rig.joints.len() as u64 <= asset.limits.joints { rig } else { RawRig::default() };
+    Ok((mesh, palette, rig))
 }
 
 fn list_instances(root: &Root, tree: &NodeTree) -> Vec<Instance> {

@@ -16,7 +16,7 @@ use super::document::describe;
 use super::nodes::NodeTree;
 use crate::names::name_or;
 use crate::refusal::{Asset, Warnings};
-use crate::{RawJoint, Result};
+use crate::{RawJoint, RawRig, Result};
 
 /// A skin's joints: kept node and inverse bind matrix each.
 pub(super) struct Skin {
@@ -66,6 +66,51 @@ pub(super) fn read_skin(
         (node, matrix)
     });
     Ok(Skin { place, joints: joints.collect() })
+}
+
+/// A skin's joints in its own order and in the common bind space, then those of the palette that it lacks; and where each of the palette
+/// stands. Nothing where that is the palette.
+pub(super) fn rig_of(skin: &Skin, common_from_skin: DMat4, palette: &Palette) -> RawRig {
+    let skin_from_common = common_from_skin.inverse();
+    let mut joints: Vec<(u32, DMat4)> =
+        skin.joints.iter().map(|(node, bind)| (*node, *bind * skin_from_common)).collect();
+    // Skins of other files name one node twice.
+    let mut on_node: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (place, (node, _)) in joints.iter().enumerate() {
+        on_node.entry(*node).or_default().push(place);
+    }
+    let mut taken = vec![false; joints.len()];
+    let mut places = Vec::with_capacity(palette.len());
+    for (node, bind) in &palette.joints {
+        let on_node = on_node.get(node).map_or(&[][..], Vec::as_slice);
+        let is_this = |place: &usize| !taken[*place] && are_equal(&joints[*place].1, bind);
+        let place = on_node.iter().copied().find(is_this).unwrap_or_else(|| {
+            joints.push((*node, *bind));
+            taken.push(false);
+            joints.len() - 1
+        });
+        taken[place] = true;
+        // Vertices keep the very matrix that they are posed by.
+        joints[place].1 = *bind;
+        places.push(place as u32);
+    }
+    if places.len() == joints.len() && places.iter().enumerate().all(|(at, place)| at as u32 == *place) {
+        return RawRig::default();
+    }
+    RawRig { joints: joints.into_iter().map(raw_joint).collect(), places }
+}
+
+fn raw_joint((node, matrix): (u32, DMat4)) -> RawJoint {
+    RawJoint { node, inverse_bind: matrix.as_mat4().to_cols_array() }
+}
+
+/// Within 1e-5 of their size.
+fn are_equal(other: &DMat4, inverse_bind: &DMat4) -> bool {
+    let linear = (0..3).map(|c| inverse_bind.col(c).truncate().length()).fold(0.0, f64::max);
+    let shift = inverse_bind.w_axis.truncate().length();
+    let off = (0..3).map(|c| (other.col(c) - inverse_bind.col(c)).truncate().length()).fold(0.0, f64::max);
+    let off_shift = (other.w_axis - inverse_bind.w_axis).truncate().length();
+    off <= 1e-5 * linear && off_shift <= 1e-5 * shift.max(linear)
 }
 
 /// The name of the first skin that the scene shows; empty where it has none.
@@ -148,14 +193,7 @@ impl Palette {
     /// share a skeleton share its joints.
     pub(super) fn index(&mut self, node: u32, inverse_bind: DMat4) -> u32 {
         let on_node = self.on_node.entry(node).or_default();
-        let linear = (0..3).map(|c| inverse_bind.col(c).truncate().length()).fold(0.0, f64::max);
-        let shift = inverse_bind.w_axis.truncate().length();
-        let equal = |other: &DMat4| {
-            let off = (0..3).map(|c| (other.col(c) - inverse_bind.col(c)).truncate().length()).fold(0.0, f64::max);
-            let off_shift = (other.w_axis - inverse_bind.w_axis).truncate().length();
-            off <= 1e-5 * linear && off_shift <= 1e-5 * shift.max(linear)
-        };
-        if let Some(index) = on_node.iter().find(|i| equal(&self.joints[**i as usize].1)) {
+        if let Some(index) = on_node.iter().find(|i| are_equal(&self.joints[**i as usize].1, &inverse_bind)) {
             return *index;
         }
         let index = self.joints.len() as u32;
@@ -185,7 +223,6 @@ impl Palette {
     }
 
     pub(super) fn into_joints(self) -> Vec<RawJoint> {
-        let joint = |(node, matrix): (u32, DMat4)| RawJoint { node, inverse_bind: matrix.as_mat4().to_cols_array() };
-        self.joints.into_iter().map(joint).collect()
+        self.joints.into_iter().map(raw_joint).collect()
     }
 }

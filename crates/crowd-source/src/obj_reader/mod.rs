@@ -101,6 +101,7 @@ pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<R
         finish_images: surfaces.finish_images,
         nodes: vec![root],
         joints: vec![RawJoint { node: 0, inverse_bind }],
+        rig: crate::RawRig::default(),
         clips: Vec::new(),
         warnings: warnings.into_list(),
     })

@@ -98,6 +98,9 @@ fn curves_of_other_things_are_left_out() {
     ]);
     let character = doc.load();
     assert_eq!(character.clips[0].tracks.len(), 1);
+    let spare: Vec<u32> = character.clips[0].spare_tracks.iter().map(|track| track.node).collect();
+    assert_eq!(character.nodes[spare[0] as usize].name, "camera");
+    assert_eq!(spare.len(), 1);
     for code in ["morph-curves-ignored", "unknown-curves-ignored", "double-curves-ignored"] {
         assert_eq!(warning(&character, code).map(|w| w.count), Some(1), "{code}");
     }

@@ -193,3 +193,83 @@ fn references_out_of_range_are_refused() {
         assert!(doc.refusal().contains(words), "{path}: {}", doc.refusal());
     }
 }
+
+#[test]
+fn what_a_material_has_beside_its_base_colour_is_kept() {
+    let info = json!({"index": 0, "texCoord": 1});
+    let doc = surfaced(json!({
+        "pbrMetallicRoughness": {"metallicFactor": 0.25, "roughnessFactor": 0.5, "metallicRoughnessTexture": info},
+        "normalTexture": {"index": 0, "texCoord": 1, "scale": -2.0},
+        "occlusionTexture": {"index": 0, "texCoord": 1, "strength": 0.75},
+        "emissiveFactor": [1.0, 0.5, 0.0],
+        "emissiveTexture": info,
+        "alphaMode": "BLEND",
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 4.0},
+            "KHR_materials_ior": {},
+            "KHR_materials_specular": {"specularFactor": 0.5, "specularTexture": info},
+        },
+    }));
+    let character = doc.load();
+    let finish = &character.materials[0].finish;
+    assert_eq!((finish.metallic, finish.roughness, finish.blend), (0.25, 0.5, true));
+    assert_eq!((finish.normal.map(|n| n.1), finish.occlusion.map(|o| o.1)), (Some(-2.0), Some(0.75)));
+    assert_eq!((finish.emissive, finish.emissive_strength), ([1.0, 0.5, 0.0], 4.0));
+    assert_eq!((finish.ior, finish.specular), (Some(1.5), Some((0.5, [1.0; 3]))));
+    let textures = [finish.metallic_roughness, finish.emissive_texture, finish.specular_texture];
+    assert!(textures.iter().all(|t| t.is_some_and(|t| t.wrap_u == RawWrap::Clamp && t.wrap_v == RawWrap::Mirror)));
+    assert_eq!((character.images.len(), character.finish_images.len()), (0, 1), "one image, and none is shown");
+    assert_eq!(character.mesh.uvs, [[0.5; 2]; 3], "without a base colour the first texture's coordinates are kept");
+    assert!(warning(&character, "material-reduced").is_none());
+    // What glTF says where a file says nothing.
+    let bare = surfaced(json!({})).load().materials[0].finish.clone();
+    assert_eq!((bare.metallic, bare.roughness, bare.emissive), (1.0, 1.0, [0.0; 3]));
+}
+
+#[test]
+fn strangers_numbers_are_kept_within_their_ranges() {
+    let finish = surfaced(json!({
+        "pbrMetallicRoughness": {"metallicFactor": 7, "roughnessFactor": -1},
+        "emissiveFactor": [1e30, -1, 0.5],
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 1e300},
+            "KHR_materials_ior": {"ior": 0.5},
+            "KHR_materials_specular": {"specularFactor": "x", "specularColorFactor": [-1, 1e300]},
+        },
+    }))
+    .load()
+    .materials[0]
+        .finish
+        .clone();
+    assert_eq!((finish.metallic, finish.roughness, finish.emissive), (1.0, 0.0, [1.0, 0.0, 0.5]));
+    assert_eq!((finish.emissive_strength, finish.ior), (1.0, Some(1.0)));
+    assert_eq!(finish.specular, Some((1.0, [0.0, 1.0, 1.0])));
+}
+
+#[test]
+fn textures_that_cannot_be_kept_are_named_and_take_their_factors_along() {
+    let transformed = json!({"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0]}}});
+    let mut doc = surfaced(json!({
+        "pbrMetallicRoughness": {
+            "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0, "texCoord": 1},
+        },
+        "emissiveFactor": [1, 1, 1],
+        "emissiveTexture": {"index": 1},
+        "normalTexture": transformed,
+        "occlusionTexture": {"index": 9},
+        "extensions": {"KHR_materials_sheen": {}},
+    }));
+    doc.push("textures", json!({"extensions": {"KHR_texture_basisu": {"source": 0}}}));
+    let character = doc.load();
+    let finish = &character.materials[0].finish;
+    assert_eq!(*finish, crowd_source::RawFinish::default());
+    let said: Vec<&str> = character.warnings.iter().map(|w| w.place.rsplit(": ").next().unwrap()).collect();
+    let places =
+        ["emissiveTexture", "normalTexture", "metallicRoughnessTexture", "occlusionTexture", "KHR_materials_sheen"];
+    assert_eq!(said, places);
+    assert!(character.warnings.iter().all(|w| w.code == "material-reduced"));
+    // With the same transform on both it is the mesh's.
+    let same =
+        surfaced(json!({"pbrMetallicRoughness": {"baseColorTexture": transformed}, "normalTexture": transformed}));
+    assert!(same.load().materials[0].finish.normal.is_some());
+}

@@ -167,3 +167,24 @@ fn degenerate_faces_alone_and_far_away_vertices_are_refused() {
     let words = refusal("o moon\nv 0 0 0\nv 1 0 0\nv 0 4e8 0\nf 1 2 3\n");
     assert!(words.contains("object `moon`: a vertex lies at") && words.contains("allowed up to 1000000 m"), "{words}");
 }
+
+#[test]
+fn libraries_say_light_normals_metal_and_roughness() {
+    let text = format!("mtllib a.mtl\nusemtl lamp\n{SEAM}");
+    let read = |library: &str| {
+        load_files(&[("a.obj", text.as_bytes()), ("a.mtl", library.as_bytes()), ("n.png", PNG)]).expect("read")
+    };
+    let character = read("newmtl lamp\nKd 1 1 1\nKe 2 0.5 x\nKe 0 0.5 1\nnorm -clamp on n.png\nPm 0.25\nPr 0.75\n");
+    let finish = &character.materials[0].finish;
+    assert_eq!((finish.emissive, finish.metallic, finish.roughness), ([0.0, 0.5, 1.0], 0.25, 0.75));
+    assert_eq!(finish.normal.map(|(texture, scale)| (texture.wrap_u, scale)), Some((RawWrap::Clamp, 1.0)));
+    assert_eq!((character.images.len(), character.finish_images[0].name.as_str()), (0, "n.png"));
+    let lit = read("newmtl lamp\nKe 0 0 0\nmap_Ke n.png\n");
+    assert_eq!(lit.materials[0].finish.emissive, [1.0; 3]);
+    assert!(lit.materials[0].finish.emissive_texture.is_some());
+    let reduced = read("newmtl lamp\nmap_Bump n.png\nmap_Ke gone.png\n");
+    assert_eq!(reduced.materials[0].finish, crowd_source::RawFinish::default());
+    let said: Vec<&str> =
+        reduced.warnings.iter().filter(|w| w.code == "material-reduced").map(|w| w.place.as_str()).collect();
+    assert_eq!(said, ["mtllib `a.mtl`: map_Bump", "material `lamp`: map_Ke"]);
+}

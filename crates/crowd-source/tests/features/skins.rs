@@ -288,3 +288,22 @@ fn skins_of_one_bind_space_stay_together() {
     }
     assert_eq!(character.joints.len(), 2);
 }
+
+#[test]
+fn the_rig_lists_all_joints_of_the_skin_in_its_order() {
+    let binds = [DMat4::IDENTITY, DMat4::from_translation(DVec3::new(0., -1., 0.))];
+    let rig_of = |weights: [[f32; 4]; 4]| {
+        let character = skinned(binds, weights).load();
+        let name = |joint: &crowd_source::RawJoint| character.nodes[joint.node as usize].name.clone();
+        let (rig, joints) = (&character.rig, &character.joints);
+        for (joint, &place) in joints.iter().zip(&rig.places) {
+            assert_eq!(rig.joints[place as usize], *joint, "vertices keep their matrices");
+        }
+        (rig.joints.iter().map(name).collect::<Vec<_>>(), rig.places.clone())
+    };
+    let both = vec!["hip".to_owned(), "tip".to_owned()];
+    assert_eq!(rig_of([[0., 1., 0., 0.]; 4]), (both.clone(), vec![1]), "one that nothing follows");
+    let reversed = [[0., 1., 0., 0.], [1., 0., 0., 0.], [1., 0., 0., 0.], [1., 0., 0., 0.]];
+    assert_eq!(rig_of(reversed), (both, vec![1, 0]), "another order");
+    assert_eq!(rig_of(HALVES), (vec![], vec![]), "the list is the character's own");
+}
