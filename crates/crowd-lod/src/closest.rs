@@ -4,7 +4,7 @@ mod distance;
 mod lines;
 mod point;
 
-pub(crate) use distance::{distances_squared, triangle_distance_squared};
+pub(crate) use distance::{distances_of_lanes, distances_squared, triangle_distance_squared};
 pub(crate) use lines::line_crosses_triangle;
 pub(crate) use point::{Hit, closest_on_triangle};
 

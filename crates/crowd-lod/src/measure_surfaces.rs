@@ -1,29 +1,33 @@
 //! Measures levels against full detail over frames: mean, maximum with its frame, a bound, texture drift, normals.
 //!
 //! Full detail is posed once a frame for all levels. The maximum is searched with a bound from below: a point whose last
-//! closest triangle is nearer than the maximum so far needs no search. Around the farthest points it looks between them
-//! (`peaks`). What it takes is two slices of vertices, so that
+//! closest triangle is nearer than the maximum so far needs no search; so points are looked at in eight frames at once (`batches`),
+//! neighbours after each other, so that a triangle found for one serves many (`points`). Around the farthest points it looks between
+//! them (`peaks`). What it takes is two slices of vertices, so that
 //! whoever has a pack can measure it again.
 
+mod batches;
 mod peaks;
+mod points;
 
-use crate::closest::{ClosestTriangles, corners_of, distances_squared};
+use crate::closest::{ClosestTriangles, corners_of};
 use crate::measure::{Sample, place_of, spread_samples};
 use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::{LodPoses, Mat3x4};
-use fearless_simd::{Level as Vectors, dispatch};
-use peaks::Peaks;
+use batches::{Batch, NearOrder, Row, Rows, Side, rows};
+use points::{Largest, Points};
 use rayon::prelude::*;
 
 /// Further points on the level that the maximum looks at, spread by area, beside every triangle's middle.
 const MAXIMUM_SAMPLES: u32 = 2000;
-/// Points whose likely distances are computed in one go.
-const AT_ONCE: usize = 8;
 /// What the bound adds to the maximum found, as a share: points between those looked at, and frames not measured. Found by
 /// measuring with more points on other frames, see the tests.
 const BOUND_SHARE: f32 = 0.25;
 /// And for rounding, as a share of full detail's diagonal at rest.
 const BOUND_ROUNDING: f32 = 1.0e-6;
+
+/// Levels measured one after the other, so that each knows what was closest at the one before.
+const IN_TURN: usize = 6;
 
 /// A mesh that moves with joints; one entry per vertex.
 #[derive(Debug, Clone, Copy, Default)]
@@ -104,7 +108,13 @@ pub struct SurfaceMeasure<'a> {
     mean_frames: usize,
     sample_count: u32,
     samples: Vec<Sample>,
+    /// Place of each triangle of full detail in a tree at rest.
+    places: Vec<u32>,
     posed: Vec<Posed>,
+    /// Full detail by batches of frames, in an order of its vertices, and its triangles in that order.
+    near_order: NearOrder,
+    rows: Vec<Vec<Row>>,
+    row_triangles: Vec<[u32; 3]>,
     rounding_m: f32,
 }
 
@@ -128,6 +138,14 @@ impl<'a> SurfaceMeasure<'a> {
             tree.refit(&positions, full.triangles);
             Posed { positions, tree }
         };
+        let posed: Vec<Posed> = (0..frame_count).into_par_iter().map(pose_frame).collect();
+        let places = rest_tree.places();
+        let near_order = NearOrder::new(full.positions.len(), full.triangles, &places);
+        let rows_of = |batch: &Batch| {
+            let frames: Vec<&[[f32; 3]]> = posed[batch.frames()].iter().map(|f| f.positions.as_slice()).collect();
+            rows(&frames, near_order.vertices.iter().map(|&v| v as usize))
+        };
+        let rows = Batch::all(frame_count).par_iter().map(rows_of).collect();
         Self {
             full: *full,
             texels,
@@ -136,14 +154,29 @@ impl<'a> SurfaceMeasure<'a> {
             mean_frames,
             sample_count,
             samples: spread_samples(full.positions, full.triangles, sample_count),
-            posed: (0..frame_count).into_par_iter().map(pose_frame).collect(),
+            places,
+            posed,
+            rows,
+            row_triangles: near_order.map(full.triangles),
+            near_order,
             rounding_m: BOUND_ROUNDING * diagonal(full.positions),
         }
     }
 
     /// Measures levels against full detail. Panics if an index lies outside its slice.
+    ///
+    /// What was closest at one level is looked at first at the next one: fast where neighbours in the list are alike. It changes no
+    /// figure: a point that lies farther than half the largest distance is searched whatever was closest before.
     pub fn measure(&self, levels: &[LevelSurface<'_>]) -> Vec<SurfaceError> {
-        levels.par_iter().map(|level| measure_level_surface(self, level)).collect()
+        let in_turn = |levels: &[LevelSurface<'_>]| {
+            let mut likely = Likely::default();
+            // Coarser levels keep the triangles of finer ones: the last ones first.
+            let errors = levels.iter().rev().map(|level| measure_level_surface(self, level, &mut likely));
+            let mut errors: Vec<SurfaceError> = errors.collect();
+            errors.reverse();
+            errors
+        };
+        levels.par_chunks(IN_TURN).flat_map_iter(in_turn).collect()
     }
 
     fn palette(&self, frame: usize) -> &[Mat3x4] {
@@ -151,7 +184,18 @@ impl<'a> SurfaceMeasure<'a> {
     }
 }
 
-fn measure_level_surface(reference: &SurfaceMeasure<'_>, level: &LevelSurface<'_>) -> SurfaceError {
+/// What was closest at the level before, by triangle: of full detail and of the level.
+#[derive(Default)]
+struct Likely {
+    to_level: Vec<u32>,
+    to_full: Vec<u32>,
+}
+
+fn measure_level_surface(
+    reference: &SurfaceMeasure<'_>,
+    level: &LevelSurface<'_>,
+    likely: &mut Likely,
+) -> SurfaceError {
     let (full, mean_frames, samples) = (&reference.full, reference.mean_frames, reference.sample_count);
     let (surface, own) = match level {
         LevelSurface::Shared(triangles) => (Surface { triangles, ..*full }, false),
@@ -161,159 +205,58 @@ fn measure_level_surface(reference: &SurfaceMeasure<'_>, level: &LevelSurface<'_
         return SurfaceError::default();
     }
     let unchanged = |t: usize| !own && full.triangles.get(t) == surface.triangles.get(t);
-    let mut tree = ClosestTriangles::new(surface.positions, surface.triangles);
+    let tree = ClosestTriangles::new(surface.positions, surface.triangles);
     let level_samples = spread_samples(surface.positions, surface.triangles, samples);
     let mut there = Points::samples(&reference.samples, unchanged);
     let mut back = Points::samples(&level_samples, unchanged);
     let mut lost = Points::lost(full, if own { None } else { Some(surface.triangles) }, unchanged);
+    lost.sort_by_place(&reference.places, &likely.to_level);
     let mut covered = Points::covering(&surface, own, unchanged);
+    covered.sort_by_place(&tree.places(), &likely.to_full);
 
-    let (mut sum, mut largest, mut max_frame) = (0.0_f64, 0.0_f32, 0);
+    let row_triangles = if own { Vec::new() } else { reference.near_order.map(surface.triangles) };
+
+    let (mut sum, mut largest) = (0.0_f64, Largest::default());
     // The last frames are the worst: they raise the maximum first, and spare the others their searches.
-    for frame in (0..reference.posed.len()).rev() {
-        let original = &reference.posed[frame];
-        let moved = own.then(|| pose_surface(&surface, reference.palette(frame)));
-        let positions: &[[f32; 3]] = moved.as_deref().unwrap_or(&original.positions);
-        tree.refit(positions, surface.triangles);
-        let to_level = Target { positions, triangles: surface.triangles, tree: &tree };
-        let to_full = Target { positions: &original.positions, triangles: full.triangles, tree: &original.tree };
-        let before = largest;
-        if frame < mean_frames {
-            for (points, from, to) in [
-                (&mut there, (&original.positions[..], full.triangles), &to_level),
-                (&mut back, (positions, surface.triangles), &to_full),
-            ] {
-                let (squares, far) = points.sum_squares(from.0, from.1, to);
+    for (batch, full_rows) in Batch::all(reference.posed.len()).iter().zip(&reference.rows) {
+        let originals = &reference.posed[batch.frames()];
+        let original_positions: Vec<&[[f32; 3]]> = originals.iter().map(|posed| posed.positions.as_slice()).collect();
+        let moved: Vec<Vec<[f32; 3]>> = match own {
+            true => batch.frames().map(|frame| pose_surface(&surface, reference.palette(frame))).collect(),
+            false => Vec::new(),
+        };
+        let moved: Vec<&[[f32; 3]]> = moved.iter().map(Vec::as_slice).collect();
+        let moved_rows = rows(&moved, 0..surface.positions.len());
+        let full_trees = originals.iter().map(|posed| &posed.tree).collect();
+        let all_rows = Rows { rows: full_rows, triangles: &reference.row_triangles };
+        let full_side = Side::ready(full.triangles, all_rows, original_positions.clone(), full_trees);
+        let (level_rows, level_positions) = match own {
+            true => (Rows { rows: &moved_rows, triangles: surface.triangles }, moved),
+            false => (Rows { rows: full_rows, triangles: &row_triangles }, original_positions),
+        };
+        let level_side = Side::of_rest(surface.triangles, level_rows, level_positions, &tree);
+        for lane in (0..batch.count).rev().filter(|lane| batch.first + lane < mean_frames) {
+            for (points, from, to) in [(&mut there, &full_side, &level_side), (&mut back, &level_side, &full_side)] {
+                let (squares, far) = points.sum_squares(from.positions(lane), from.triangles, || to.target(lane));
                 sum += squares;
-                largest = largest.max(far);
+                largest.take(far, batch.first + lane);
             }
         }
-        largest = lost.raise(largest, &original.positions, full.triangles, &to_level);
-        largest = covered.raise(largest, positions, surface.triangles, &to_full);
-        if largest > before || frame + 1 == reference.posed.len() {
-            max_frame = frame as u32;
-        }
+        lost.raise(&mut largest, batch, &full_side, &level_side);
+        covered.raise(&mut largest, batch, &level_side, &full_side);
     }
+    lost.note_closest(&mut likely.to_level);
+    covered.note_closest(&mut likely.to_full);
     let count = mean_frames.min(reference.posed.len()) as f64 * (reference.samples.len() + level_samples.len()) as f64;
     let attributes = compare_at_rest(reference, &surface, tree, unchanged);
-    let max_m = largest.sqrt();
+    let max_m = largest.squared.sqrt();
     SurfaceError {
         rms_m: if count > 0.0 { (sum / count).sqrt() as f32 } else { 0.0 },
         max_m,
-        max_frame,
-        bound_m: if largest > 0.0 { max_m * (1.0 + BOUND_SHARE) + reference.rounding_m } else { 0.0 },
+        max_frame: largest.frame as u32,
+        bound_m: if largest.squared > 0.0 { max_m * (1.0 + BOUND_SHARE) + reference.rounding_m } else { 0.0 },
         uv_drift_p95_texels: attributes.0,
         normal_mean_deg: attributes.1,
-    }
-}
-
-/// A posed mesh to search.
-struct Target<'a> {
-    positions: &'a [[f32; 3]],
-    triangles: &'a [[u32; 3]],
-    tree: &'a ClosestTriangles,
-}
-
-/// Points on a mesh, each with the triangle of the other mesh that was closest last. To begin with that is the triangle of
-/// the same number: what reforming made of it, or what it was made of.
-struct Points {
-    samples: Vec<Sample>,
-    closest: Vec<u32>,
-}
-
-impl Points {
-    fn new(samples: Vec<Sample>) -> Self {
-        Self { closest: samples.iter().map(|sample| sample.triangle).collect(), samples }
-    }
-
-    /// Samples that can lie anywhere but on themselves.
-    fn samples(samples: &[Sample], unchanged: impl Fn(usize) -> bool) -> Self {
-        Self::new(samples.iter().filter(|sample| !unchanged(sample.triangle as usize)).copied().collect())
-    }
-
-    /// The vertices of a mesh that `kept` does not use, each as a corner of one of its triangles.
-    fn vertices(full: &Surface<'_>, kept: Option<&[[u32; 3]]>) -> Self {
-        let mut seen = vec![false; full.positions.len()];
-        kept.unwrap_or_default().as_flattened().iter().for_each(|&v| seen[v as usize] = true);
-        let mut samples = Vec::new();
-        for (triangle, corners) in full.triangles.iter().enumerate() {
-            for (corner, weights) in corners.iter().zip([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]) {
-                if !std::mem::replace(&mut seen[*corner as usize], true) {
-                    samples.push(Sample { triangle: triangle as u32, weights });
-                }
-            }
-        }
-        Self::new(samples)
-    }
-
-    /// The vertices that a level lacks, and the middles of the triangles that it lacks: where a level opens, the corners may stay.
-    fn lost(full: &Surface<'_>, kept: Option<&[[u32; 3]]>, unchanged: impl Fn(usize) -> bool) -> Self {
-        let mut samples = Self::vertices(full, kept).samples;
-        let gone = (0..full.triangles.len()).filter(|&t| !unchanged(t));
-        samples.extend(gone.map(|triangle| Sample { triangle: triangle as u32, weights: [1.0 / 3.0; 2] }));
-        Self::new(samples)
-    }
-
-    /// Middles of triangles and of edges, points by area, and of a mesh of its own the vertices.
-    fn covering(level: &Surface<'_>, own: bool, unchanged: impl Fn(usize) -> bool) -> Self {
-        const THIRD: f32 = 1.0 / 3.0;
-        let mut samples = Vec::new();
-        for triangle in (0..level.triangles.len()).filter(|&t| !unchanged(t)) {
-            samples.push(Sample { triangle: triangle as u32, weights: [THIRD, THIRD] });
-            let [a, b, c] = level.triangles[triangle];
-            // Each edge once, of the triangle that lists it upwards.
-            for (_, weights) in [(a < b, [0.5, 0.5]), (b < c, [0.0, 0.5]), (c < a, [0.5, 0.0])].iter().filter(|e| e.0) {
-                samples.push(Sample { triangle: triangle as u32, weights: *weights });
-            }
-        }
-        let spread = spread_samples(level.positions, level.triangles, MAXIMUM_SAMPLES);
-        samples.extend(spread.into_iter().filter(|sample| !unchanged(sample.triangle as usize)));
-        if own {
-            samples.extend(Self::vertices(level, None).samples);
-        }
-        Self::new(samples)
-    }
-
-    /// Squared distances of all points: their sum, and the largest.
-    fn sum_squares(&mut self, positions: &[[f32; 3]], triangles: &[[u32; 3]], to: &Target<'_>) -> (f64, f32) {
-        let (mut sum, mut largest) = (0.0_f64, 0.0_f32);
-        for (sample, closest) in self.samples.iter().zip(&mut self.closest) {
-            let point = place(sample, positions, triangles);
-            if let Some((found, squared)) = to.tree.close_enough(point, to.positions, to.triangles, *closest, 0.0) {
-                *closest = found;
-                sum += f64::from(squared);
-                largest = largest.max(squared);
-            }
-        }
-        (sum, largest)
-    }
-
-    /// The largest squared distance of the points and between the farthest of them, or `largest` where none is farther.
-    fn raise(&mut self, mut largest: f32, positions: &[[f32; 3]], triangles: &[[u32; 3]], to: &Target<'_>) -> f32 {
-        let (mut peaks, vectors) = (Peaks::default(), Vectors::new());
-        for (samples, closest) in self.samples.chunks(AT_ONCE).zip(self.closest.chunks_mut(AT_ONCE)) {
-            let (mut points, mut likely) = ([[0.0; 3]; AT_ONCE], [[[0.0; 3]; 3]; AT_ONCE]);
-            for i in 0..AT_ONCE {
-                let i_there = if i < samples.len() { i } else { 0 };
-                points[i] = place(&samples[i_there], positions, triangles);
-                let triangle = to.triangles.get(closest[i_there] as usize).unwrap_or(&to.triangles[0]);
-                likely[i] = corners_of(*triangle, to.positions);
-            }
-            let near = dispatch!(vectors, _ => distances_squared(&points, &likely));
-            for (i, closest) in closest.iter_mut().enumerate() {
-                let enough = Peaks::least(largest);
-                if near[i] <= enough {
-                    continue;
-                }
-                let found = to.tree.close_enough(points[i], to.positions, to.triangles, *closest, enough);
-                if let Some((found, squared)) = found {
-                    *closest = found;
-                    largest = largest.max(squared);
-                    peaks.note(samples[i].triangle, squared, largest);
-                }
-            }
-        }
-        peaks.climb(largest, positions, triangles, to)
     }
 }
 

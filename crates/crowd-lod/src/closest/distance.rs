@@ -1,7 +1,7 @@
 //! How far a point lies from triangles.
 
 /// Three coordinates, one lane a triangle.
-type Vectors<const N: usize> = [[f32; N]; 3];
+pub(crate) type Vectors<const N: usize> = [[f32; N]; 3];
 
 /// Squared distance from a point to a triangle: to its plane when the point is above it, else to its edges.
 #[inline]
@@ -23,13 +23,26 @@ pub(crate) fn distances_squared<const N: usize>(points: &[[f32; 3]; N], triangle
             }
         }
     }
-    let [a, b, c] = corners;
+    distances_by_offsets(&corners, &offsets)
+}
+
+/// The same for points and corners that lie in lanes already.
+#[inline(always)]
+pub(crate) fn distances_of_lanes<const N: usize>(points: &Vectors<N>, corners: &[Vectors<N>; 3]) -> [f32; N] {
+    let offset = |c: usize| sub(points, &corners[c]);
+    distances_by_offsets(corners, &[offset(0), offset(1), offset(2)])
+}
+
+/// `offsets`: from each corner to the point.
+#[inline(always)]
+fn distances_by_offsets<const N: usize>(corners: &[Vectors<N>; 3], offsets: &[Vectors<N>; 3]) -> [f32; N] {
+    let [a, b, c] = *corners;
     let sides = [sub(&b, &a), sub(&c, &b), sub(&a, &c)];
     let n = cross(&sides[0], &sub(&c, &a));
     let length_squared = dot(&n, &n);
     // The closest point lies on an edge that the point is beyond.
     let mut least = [f32::INFINITY; N];
-    for (side, offset) in sides.iter().zip(&offsets) {
+    for (side, offset) in sides.iter().zip(offsets) {
         let beyond = dot(&cross(&n, side), offset);
         let on_edge = segment_distances_squared(side, offset);
         least = lanes(|i| {
@@ -110,5 +123,8 @@ mod tests {
         for i in 0..8 {
             assert_eq!(together[i].to_bits(), triangle_distance_squared(points[i], triangles[i]).to_bits());
         }
+        let lanes_of = |places: [[f32; 3]; 8]| [0, 1, 2].map(|k| places.map(|place| place[k]));
+        let corners = [0, 1, 2].map(|c| lanes_of(triangles.map(|triangle| triangle[c])));
+        assert_eq!(distances_of_lanes(&lanes_of(points), &corners).map(f32::to_bits), together.map(f32::to_bits));
     }
 }

@@ -3,7 +3,7 @@
 //! Where a level's triangle cuts across a fold of full detail, the distance rises to a ridge half way between the sheets of the fold, as
 //! narrow as the triangle is. No spread of points finds its top.
 
-use super::Target;
+use super::points::Target;
 use crate::closest::{corners_of, distances_squared};
 use crate::quadrics::{dot, sub};
 use std::cmp::Ordering;
