@@ -332,7 +332,8 @@ impl Assembly {
     }
 }
 
-fn manifest_measured(baked: &BakedCharacter, level: &BakedLevel) -> ManifestMeasured {
+/// What was measured of a level, as a pack says it.
+pub(crate) fn manifest_measured(baked: &BakedCharacter, level: &BakedLevel) -> ManifestMeasured {
     let error = &level.error.surface;
     let (max_clip, max_frame) = clip_of_frame(baked, error.max_frame);
     // Something flat, but for rounding, has no height that it could be shown at.

@@ -527,7 +527,7 @@ pub struct CompareArgs {
     /// Percents of the triangles.
     #[arg(long, value_delimiter = ',', value_parser = parse_percent, default_value = "50,25,10,5,2", value_name = "P,...")]
     pub ratios: Vec<f64>,
-    /// Fewer points and no pictures: for tuning.
+    /// Fewer points and no pictures: for tuning. Single cells are then shown but not held against a bar.
     #[arg(long)]
     pub quick: bool,
     /// Points a side: small parts, as eyes, have few of them, and chance decides there [default: 10000; with --quick 2000].

@@ -399,11 +399,10 @@ fn explain(args: &ExplainArgs, out: &mut dyn Write) -> Result<u8, BakeError> {
     for index in choose_characters(contents, &args.character)? {
         let character = Unpacked::new(contents, index);
         let explanation = crate::explain::explain(&character, &args.ratio);
-        let clips: Vec<&str> = character.manifest.clips.iter().map(|clip| clip.name.as_str()).collect();
         if !text.is_empty() {
             text.push('\n');
         }
-        text.push_str(&crate::explain::to_text(&explanation, &clips));
+        text.push_str(&crate::explain::to_text(&explanation));
         characters.push(explanation);
     }
     if args.json {

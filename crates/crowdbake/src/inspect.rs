@@ -239,8 +239,8 @@ pub struct PartInspection {
     pub rigid: bool,
 }
 
-/// A measured level.
-#[derive(Debug, Serialize)]
+/// A measured level: the one record of it in every document.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeasuredInspection {
     /// Vertices.
     pub vertices: u32,
@@ -342,14 +342,14 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
         triangles: part.triangle_count,
         rigid: part.rigid,
     });
-    let measured = manifest.measured.iter().map(|level| inspect_measured(manifest, level));
+    let measured = manifest.measured.iter().map(|level| inspect_measured(level, clip_name(manifest, level)));
     let stored = character.discrete_levels();
     let discrete = manifest.discrete.iter().zip(stored).map(|(discrete, level)| DiscreteInspection {
         name: discrete.name.clone(),
         target: LodTarget(discrete.target).words(),
         reached: discrete.reached,
         refitted: level.is_refit(),
-        measured: inspect_measured(manifest, &discrete.measured),
+        measured: inspect_measured(&discrete.measured, clip_name(manifest, &discrete.measured)),
     });
     let b = manifest.blocked;
     CharacterInspection {
@@ -434,13 +434,19 @@ impl AnimationInspection {
     }
 }
 
-fn inspect_measured(manifest: &ManifestCharacter, level: &ManifestMeasured) -> MeasuredInspection {
+/// The clip of a level's largest distance.
+pub(crate) fn clip_name<'a>(manifest: &'a ManifestCharacter, level: &ManifestMeasured) -> Option<&'a str> {
+    manifest.clips.get(level.max_clip as usize).map(|clip| clip.name.as_str())
+}
+
+/// `clip`: name of that of the largest distance.
+pub(crate) fn inspect_measured(level: &ManifestMeasured, clip: Option<&str>) -> MeasuredInspection {
     MeasuredInspection {
         vertices: level.vertex_count,
         triangles: level.triangle_count,
         rms_m: level.rms_m,
         max_m: level.max_m,
-        max_clip: manifest.clips.get(level.max_clip as usize).map(|clip| clip.name.clone()).unwrap_or_default(),
+        max_clip: clip.unwrap_or_default().to_owned(),
         max_frame: level.max_frame,
         bound_m: level.bound_m,
         bound_px: level.bound_px,

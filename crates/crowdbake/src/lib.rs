@@ -27,6 +27,7 @@ mod label;
 mod level_warnings;
 pub mod lod_target;
 pub mod measure_levels;
+mod measure_packed;
 pub mod ordered_mesh;
 mod output;
 pub mod picture;

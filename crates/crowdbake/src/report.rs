@@ -1,9 +1,10 @@
 //! What a bake did, as JSON: steps and their seconds, counts before and after, warnings. Schema 2.
 
+use crate::assemble::manifest_measured;
 use crate::bake::{BakedCharacter, StepTime};
 use crate::bake_levels::BakedLevel;
 use crate::error::BakeError;
-use crate::inspect::AnimationInspection;
+use crate::inspect::{AnimationInspection, DiscreteInspection, MeasuredInspection, inspect_measured};
 use crate::plan::{Plan, PlanEntry, criteria_name, frames_name};
 use crowd_pack::JointStorage;
 use serde::Serialize;
@@ -82,9 +83,9 @@ pub struct CharacterReport {
     /// Which frames counted, and how well they stood for all.
     pub frames: FramesReport,
     /// Quantised levels, coarsest first.
-    pub measured: Vec<MeasuredReport>,
+    pub measured: Vec<MeasuredInspection>,
     /// Discrete levels, finest first.
-    pub discrete: Vec<DiscreteReport>,
+    pub discrete: Vec<DiscreteInspection>,
     /// Positions that cannot move at the coarsest level, by what holds them.
     pub blocked: Option<BlockedReport>,
     /// Import and bake warnings.
@@ -144,43 +145,6 @@ pub struct FramesReport {
     pub holds: Option<bool>,
 }
 
-/// A measured level.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct MeasuredReport {
-    /// Vertices.
-    pub vertices: u32,
-    /// Triangles.
-    pub triangles: u32,
-    /// Root mean square distance to full detail over frames, metres.
-    pub rms_m: f32,
-    /// Largest distance, metres.
-    pub max_m: f32,
-    /// What no distance exceeds, metres.
-    pub bound_m: f32,
-    /// Texture drift that 95 % of the surface stays below, texels.
-    pub uv_drift_p95_texels: f32,
-    /// Mean angle between normals, degrees.
-    pub normal_mean_deg: f32,
-    /// Share of the surface that has come out through a layer which covers it at full detail.
-    pub poked_share: f32,
-}
-
-/// A discrete level.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct DiscreteReport {
-    /// Name in the pack.
-    pub name: String,
-    /// What was asked for, in words.
-    pub target: String,
-    /// False where even the coarsest level has more triangles.
-    pub reached: bool,
-    /// Has vertices of its own.
-    pub refitted: bool,
-    /// What it is.
-    #[serde(flatten)]
-    pub measured: MeasuredReport,
-}
-
 /// Positions that cannot move at the coarsest level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct BlockedReport {
@@ -194,20 +158,6 @@ pub struct BlockedReport {
     pub flip: u32,
     /// Could still move: the detail was ended before.
     pub ended: u32,
-}
-
-fn measured_report(level: &BakedLevel) -> MeasuredReport {
-    let error = &level.error.surface;
-    MeasuredReport {
-        vertices: level.vertex_count,
-        triangles: (level.indices.len() / 3) as u32,
-        rms_m: error.rms_m,
-        max_m: error.max_m,
-        bound_m: error.bound_m,
-        uv_drift_p95_texels: error.uv_drift_p95_texels,
-        normal_mean_deg: error.normal_mean_deg,
-        poked_share: level.error.poked_share,
-    }
 }
 
 /// A warning.
@@ -291,13 +241,18 @@ impl CharacterReport {
             worst_ratio: order.frames.check.map(|check| check.worst_ratio),
             holds: order.frames.check.map(|check| check.holds),
         };
-        self.measured = baked.levels.quantized.iter().map(measured_report).collect();
-        let discrete = baked.levels.discrete.iter().map(|discrete| DiscreteReport {
+        let measured = |level: &BakedLevel| {
+            let measured = manifest_measured(baked, level);
+            let clip = animation.clips.get(measured.max_clip as usize).map(|clip| clip.name.as_str());
+            inspect_measured(&measured, clip)
+        };
+        self.measured = baked.levels.quantized.iter().map(measured).collect();
+        let discrete = baked.levels.discrete.iter().map(|discrete| DiscreteInspection {
             name: discrete.name.clone(),
             target: discrete.target.words(),
             reached: discrete.reached,
             refitted: discrete.level.own.is_some(),
-            measured: measured_report(&discrete.level),
+            measured: measured(&discrete.level),
         });
         self.discrete = discrete.collect();
         self.blocked = Some(BlockedReport {

@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn the_coarsest_within_is_found_between_quantised_levels() {
         let (rms, most) = (Distance::Rms, Distance::EveryPoint);
-        let limits = [(rms, 0.0505), (most, 0.0505), (rms, 0.3005), (rms, 5.0), (most, 0.0001), (rms, 0.95)];
+        let limits = [(rms, 0.0505), (most, 0.0505), (rms, 0.3005), (rms, 5.0), (most, 0.0001), (rms, 0.9505)];
         assert_eq!(found(&limits), [950, 975, 700, 1, 1000, 50]);
     }
 

@@ -3,13 +3,14 @@
 //! That the bytes are whole and the records agree with each other was checked on opening; here levels are rebuilt.
 
 use crate::measure_levels::{LevelMeasure, LevelShape, MeasuredFrames};
+use crate::measure_packed::{MOST_SAMPLES, palettes_of};
 use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
-use crate::pose::{Mat3x4, pose_positions};
+use crate::pose::pose_positions;
 use crate::units::{counted, length};
 use crate::unpack::Unpacked;
 use crowd_pack::{ImageRecord, ImpostorRecord, LevelRecord, LodRecord, ManifestMeasured, PackContents, vertex_class};
 use rayon::prelude::*;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 
 /// Bounds may be missed by this share of the radius: sphere and palettes are rounded to 32 bits.
 const BOUND_SLACK: f32 = 1e-5;
@@ -18,9 +19,6 @@ const SPLIT_SLACK: f32 = 1e-4;
 /// Measured errors may differ by this share, and this share of the height: the same points and frames are measured, but
 /// on palettes that the split layout rounds differently.
 const ERROR_SLACK: f32 = 0.02;
-
-/// Points a side and frame that a pack may ask to be measured on: what a bake uses is far below.
-const MOST_SAMPLES: u32 = 10_000;
 
 /// One promise, looked at.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -343,24 +341,6 @@ fn check_errors(character: &Unpacked<'_>) -> Result<String, String> {
         }
     }
     Ok(format!("{} levels on {} frames, at most {} apart", promised.len(), frames.all().count(), length(largest)))
-}
-
-/// Palettes of the frames measured, in their order.
-fn palettes_of(character: &Unpacked<'_>, frames: &MeasuredFrames) -> Vec<Mat3x4> {
-    let joint_count = character.joint_count();
-    let wanted: BTreeSet<usize> = frames.all().map(|frame| frame as usize).collect();
-    let (mut by_frame, mut first) = (BTreeMap::new(), 0);
-    for (index, clip) in character.clips.iter().enumerate() {
-        let end = first + clip.frame_count as usize;
-        if wanted.range(first..end).next().is_some() {
-            let all = character.palettes(index);
-            for &frame in wanted.range(first..end) {
-                by_frame.insert(frame, all[(frame - first) * joint_count..][..joint_count].to_vec());
-            }
-        }
-        first = end;
-    }
-    frames.all().flat_map(|frame| by_frame.get(&(frame as usize)).cloned().unwrap_or_default()).collect()
 }
 
 #[cfg(test)]

@@ -197,12 +197,12 @@ pub struct Args {
     #[arg(long, value_enum, default_value_t = FitWord::Fill, help_heading = "Level of detail")]
     pub fit: FitWord,
 
-    /// What the budget is split by: size on the screen (--weight, --alpha), or the levels' measured errors, so that one number of
-    /// pixels bounds them all
+    /// What the budget is split by: size on the screen (--weight, --alpha), or the levels' bounds, so that one number of
+    /// pixels holds for every point of them all
     #[arg(long, value_enum, default_value_t = MetricWord::Size, help_heading = "Level of detail")]
     pub lod_metric: MetricWord,
 
-    /// Pixels of error that the budget should hold; says so when it does not
+    /// Pixels that no point should be off by more under the budget; says so when it does not
     #[arg(long, value_name = "PX", value_parser = positive, help_heading = "Level of detail")]
     pub max_px: Option<f32>,
 
@@ -433,7 +433,7 @@ pub enum WeightWord {
 pub enum MetricWord {
     /// Projected size, as in the papers
     Size,
-    /// Baked error of quantised levels, in pixels
+    /// Baked bound of quantised levels, which no point of them exceeds (what bake's --px P@H:max counts), in pixels
     Error,
 }
 

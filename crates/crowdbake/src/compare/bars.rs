@@ -56,8 +56,13 @@ const BEST_PEER_METRICS: [Metric; 3] = [COLOR, NORMAL, IMAGE];
 /// In motion as at rest.
 const MOTION_FACTOR: f64 = 1.15;
 
-/// All bars that the contenders and ratios of these scores can show.
-pub(super) fn bars_of(characters: &[CharacterScores], published: &[PublishedCell], peers: &[&'static str]) -> Vec<Bar> {
+/// All bars that the contenders and ratios of these scores can show. `cells`: single ones too, which takes enough points.
+pub(super) fn bars_of(
+    characters: &[CharacterScores],
+    published: &[PublishedCell],
+    peers: &[&'static str],
+    cells: bool,
+) -> Vec<Bar> {
     let Some(first) = characters.first() else { return Vec::new() };
     let mut ratios: Vec<f64> = first.scores.iter().map(|score| score.ratio).collect();
     ratios.sort_by(|a, b| b.total_cmp(a));
@@ -78,7 +83,7 @@ pub(super) fn bars_of(characters: &[CharacterScores], published: &[PublishedCell
                 bars.extend(best.map(|(found, peer)| bar(ours, metric, peer, ratio, found, BEST_PEER_FACTOR)));
             }
         }
-        for &ratio in &ratios {
+        for &ratio in ratios.iter().filter(|_| cells) {
             let worst = characters.iter().filter_map(|character| motion_quotient(character, ours, ratio));
             let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0));
             bars.extend(worst.map(|(found, name)| {
@@ -92,6 +97,9 @@ pub(super) fn bars_of(characters: &[CharacterScores], published: &[PublishedCell
                 )
             }));
         }
+    }
+    if !cells {
+        return bars;
     }
     for &ratio in &ratios {
         let cells = characters.iter().flat_map(|character| worst_cells(character, peers, ratio));
@@ -160,17 +168,17 @@ mod tests {
             scores("b", &[("wedge", 0.98, 100), ("meshopt-global", 1.0, 100)]),
             scores("c", &[("wedge", 0.001, 200), ("meshopt-global", 1.0, 100)]),
         ];
-        let bars = bars_of(&characters, &[], &["meshopt-global"]);
+        let bars = bars_of(&characters, &[], &["meshopt-global"], true);
         let first = &bars[0];
         assert_eq!((first.ours, first.than.as_str(), first.met), ("wedge", "meshopt-global", true));
         assert!((first.found - 0.7).abs() < 1e-9, "{first:?}");
         let worse = [scores("a", &[("wedge", 0.9, 100), ("meshopt-global", 1.0, 100)])];
-        assert!(!bars_of(&worse, &[], &[])[0].met);
+        assert!(!bars_of(&worse, &[], &[], true)[0].met);
     }
 
     #[test]
     fn motion_is_held_against_rest() {
-        let bars = bars_of(&[scores("a", &[("wedge", 1.2, 100)])], &[], &[]);
+        let bars = bars_of(&[scores("a", &[("wedge", 1.2, 100)])], &[], &[], true);
         assert_eq!(bars.len(), 1);
         assert!(!bars[0].met && bars[0].than.ends_with("on a"), "{bars:?}");
     }
@@ -186,16 +194,25 @@ mod tests {
             ours: found,
             found,
         };
-        let bars = bars_of(&[scores("a", &[("refit", 1.0, 100)])], &[cell("x", 0.9), cell("blender", 1.04)], &[]);
+        let bars = bars_of(&[scores("a", &[("refit", 1.0, 100)])], &[cell("x", 0.9), cell("blender", 1.04)], &[], true);
         let bar = bars.last().unwrap();
         assert_eq!((bar.than.as_str(), bar.metric, bar.met), ("blender on a, judged elsewhere", "color_rms", false));
+    }
+
+    #[test]
+    fn few_points_judge_no_single_cell() {
+        let lost = [scores("a", &[("refit", 1.1, 100), ("meshopt-best", 1.0, 100)])];
+        let of = |cells| bars_of(&lost, &[], &["meshopt-best"], cells);
+        assert!(of(true).iter().any(|bar| bar.allowed == CELL_FACTOR && !bar.met));
+        let means = of(false);
+        assert!(!means.is_empty() && means.iter().all(|bar| ![CELL_FACTOR, MOTION_FACTOR].contains(&bar.allowed)));
     }
 
     #[test]
     fn one_lost_cell_shows_whatever_the_mean() {
         let row = |ours, theirs, count| [("refit", ours, 100), ("meshopt-best", theirs, count)];
         let cell = |characters: &[CharacterScores]| {
-            let bars = bars_of(characters, &[], &["meshopt-best"]);
+            let bars = bars_of(characters, &[], &["meshopt-best"], true);
             bars.into_iter().find(|bar| bar.allowed == CELL_FACTOR).unwrap()
         };
         let won = scores("a", &row(0.1, 1.0, 100));
@@ -203,7 +220,7 @@ mod tests {
         let found = cell(&[won, lost]);
         assert!(!found.met && found.than == "meshopt-best on b", "{found:?}");
         // A peer far below the target gives no cell.
-        let bars = bars_of(&[scores("b", &row(1.1, 1.0, 80))], &[], &["meshopt-best"]);
+        let bars = bars_of(&[scores("b", &row(1.1, 1.0, 80))], &[], &["meshopt-best"], true);
         assert!(bars.iter().all(|bar| bar.allowed != CELL_FACTOR));
     }
 }

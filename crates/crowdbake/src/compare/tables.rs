@@ -5,6 +5,7 @@ use super::metrics::{METRICS, Metric};
 use super::published::PublishedCell;
 use super::scores::{CharacterScores, Comparison, Means, Score};
 use crate::units::counted;
+use crowd_judge::JudgeOptions;
 use std::fmt::Write;
 
 /// A table: headings and rows of cells.
@@ -27,6 +28,10 @@ pub(crate) fn to_text(comparison: &Comparison) -> String {
     if !comparison.bars.is_empty() {
         out += "\nbars: ours divided by theirs\n";
         out += &aligned(&bars_table(&comparison.bars));
+    }
+    if comparison.points < JudgeOptions::FULL.points {
+        let _ =
+            writeln!(out, "single cells are not judged: with {} points a side chance decides there", comparison.points);
     }
     out
 }

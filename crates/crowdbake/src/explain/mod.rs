@@ -6,7 +6,8 @@ mod to_text;
 pub use causes::{Cause, Stuck, Words, stuck_positions};
 pub use to_text::to_text;
 
-use crate::inspect::OddCounts;
+use crate::inspect::{MeasuredInspection, OddCounts, clip_name, inspect_measured};
+use crate::measure_packed::measure_packed;
 use crate::pose::{Mat3x4, pose_positions};
 use crate::unpack::{Unpacked, triangle_target};
 use crowd_pack::{LodRecord, ManifestMeasured};
@@ -117,8 +118,8 @@ pub struct Target {
     pub reached: bool,
     /// The level that comes nearest.
     pub level: Counts,
-    /// The measured level of so many triangles or the next coarser one.
-    pub measured: Option<MeasuredThere>,
+    /// That level as measured; none where a pack does not say how to measure.
+    pub measured: Option<MeasuredInspection>,
     /// Where full detail lies furthest from the level, at rest and in the measured worst frame; furthest first.
     pub furthest: Vec<Furthest>,
 }
@@ -132,21 +133,6 @@ pub struct Furthest {
     pub material: String,
     /// Largest distance of its vertices, metres.
     pub max_m: f32,
-}
-
-/// What was measured at a level.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct MeasuredThere {
-    /// Triangles of the measured level.
-    pub triangles: u32,
-    /// Root mean square distance to full detail, metres.
-    pub rms_m: f32,
-    /// Largest distance, metres.
-    pub max_m: f32,
-    /// Clip of the largest, an index.
-    pub max_clip: u32,
-    /// Frame of the largest within its clip.
-    pub max_frame: u32,
 }
 
 /// Explains one character. `ratios`: shares of the triangles that someone wants, above 0 and up to 1.
@@ -171,7 +157,7 @@ pub fn explain(character: &Unpacked<'_>, ratios: &[f64]) -> Explanation {
         },
         causes: count_causes(&stuck, &manifest.criteria),
         places: find_places(character, &stuck),
-        targets: ratios.iter().map(|&ratio| find_target(character, ratio)).collect(),
+        targets: find_targets(character, ratios),
     }
 }
 
@@ -247,23 +233,20 @@ fn leading_joint(character: &Unpacked<'_>, vertex: usize) -> u16 {
     joints[heaviest]
 }
 
-fn find_target(character: &Unpacked<'_>, ratio: f64) -> Target {
-    let (level, reached) = character.level_of_ratio(ratio);
-    let measured = measured_near(character, level);
-    Target {
-        ratio,
-        triangles: triangle_target(character.record.triangle_count, ratio),
-        reached,
-        level: level.into(),
-        measured: measured.map(|measured| MeasuredThere {
-            triangles: measured.triangle_count,
-            rms_m: measured.rms_m,
-            max_m: measured.max_m,
-            max_clip: measured.max_clip,
-            max_frame: measured.max_frame,
-        }),
-        furthest: find_furthest(character, level, measured),
-    }
+fn find_targets(character: &Unpacked<'_>, ratios: &[f64]) -> Vec<Target> {
+    let levels: Vec<(LodRecord, bool)> = ratios.iter().map(|&ratio| character.level_of_ratio(ratio)).collect();
+    let asked: Vec<LodRecord> = levels.iter().map(|(level, _)| *level).collect();
+    let measured = measure_packed(character, &asked);
+    let target =
+        |((&ratio, (level, reached)), measured): ((&f64, (LodRecord, bool)), Option<ManifestMeasured>)| Target {
+            ratio,
+            triangles: triangle_target(character.record.triangle_count, ratio),
+            reached,
+            level: level.into(),
+            measured: measured.as_ref().map(|level| inspect_measured(level, clip_name(character.manifest, level))),
+            furthest: find_furthest(character, level, measured.as_ref()),
+        };
+    ratios.iter().zip(levels).zip(measured).map(target).collect()
 }
 
 /// Places by their largest distance at rest and in the worst frame, furthest first; those that are not off are left out.

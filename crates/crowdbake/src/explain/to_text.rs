@@ -10,8 +10,7 @@ const LISTED_PLACES: usize = 10;
 
 /// Lines for people. Writing to a `String` cannot fail, so the results of `write!` are not looked at.
 ///
-/// `clips`: the character's clips by name, for the frames of targets.
-pub fn to_text(explanation: &Explanation, clips: &[&str]) -> String {
+pub fn to_text(explanation: &Explanation) -> String {
     let e = explanation;
     let mut out = String::new();
     let share = f64::from(e.coarsest.triangles) / f64::from(e.full.triangles.max(1));
@@ -26,7 +25,7 @@ pub fn to_text(explanation: &Explanation, clips: &[&str]) -> String {
         e.criteria
     );
     for target in &e.targets {
-        write_target(&mut out, target, clips);
+        write_target(&mut out, target);
     }
     write_held(&mut out, e);
     for cause in &e.causes {
@@ -75,21 +74,21 @@ fn write_held(out: &mut String, e: &Explanation) {
     }
 }
 
-fn write_target(out: &mut String, target: &Target, clips: &[&str]) {
+fn write_target(out: &mut String, target: &Target) {
     let word = if target.reached { "reached" } else { "not reached" };
     let _ =
         write!(out, "  target        {} ({} triangles): {word}, ", percent(target.ratio), grouped(target.triangles));
     let nearest = if target.reached { "the level" } else { "the coarsest level" };
     let _ = write!(out, "{nearest} has {}", grouped(target.level.triangles));
-    if let Some(measured) = target.measured {
-        let clip = clips.get(measured.max_clip as usize).copied().unwrap_or("-");
+    if let Some(measured) = &target.measured {
         let _ = write!(
             out,
-            "; error at {} triangles: {} RMS, {} at most (clip {clip}, frame {})",
-            grouped(measured.triangles),
+            "; off by {} RMS, {} at its worst point (clip {}, frame {}), every point within {}",
             length(measured.rms_m),
             length(measured.max_m),
-            measured.max_frame
+            measured.max_clip,
+            measured.max_frame,
+            length(measured.bound_m),
         );
     }
     out.push('\n');

@@ -151,8 +151,8 @@ fn write_card(cards: &mut String, portrait: &Portrait<'_>, id: &str) {
 /// How far off a character is at a tenth of its triangles.
 fn error_words(portrait: &Portrait<'_>) -> String {
     let tenth = portrait.explanation.targets.iter().find(|target| target.ratio == TOLD_RATIO);
-    match tenth.and_then(|target| target.measured) {
-        Some(measured) => format!("{} off at {}", length(measured.rms_m), percent(TOLD_RATIO)),
+    match tenth.and_then(|target| target.measured.as_ref()) {
+        Some(measured) => format!("{} RMS off at {}", length(measured.rms_m), percent(TOLD_RATIO)),
         None => "all shares reached".to_owned(),
     }
 }

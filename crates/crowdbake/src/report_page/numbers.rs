@@ -13,7 +13,7 @@ const OPEN_ROWS: usize = 20;
 /// Writes the levels shown with what was measured there, as a short table beside the viewer.
 pub(crate) fn write_summary(out: &mut String, portrait: &Portrait<'_>) {
     let record = portrait.character.record;
-    let told: Vec<_> = portrait.explanation.targets.iter().filter_map(|t| Some((t, t.measured?))).collect();
+    let told: Vec<_> = portrait.explanation.targets.iter().filter_map(|t| Some((t, t.measured.as_ref()?))).collect();
     if told.is_empty() {
         return;
     }
@@ -23,7 +23,7 @@ pub(crate) fn write_summary(out: &mut String, portrait: &Portrait<'_>) {
     let _ = write!(
         out,
         "<div><table class=\"numbers summary\"><thead><tr><th scope=\"col\">Level</th><th scope=\"col\">Triangles</th>\
-         <th scope=\"col\">Off by<br/>(RMS)</th>{refitted_head}<th scope=\"col\">At most</th><th scope=\"col\">One pixel<br/>at height</th></tr></thead><tbody>",
+         <th scope=\"col\">Off by<br/>(RMS)</th>{refitted_head}<th scope=\"col\">Worst<br/>point</th><th scope=\"col\">One pixel<br/>RMS at</th></tr></thead><tbody>",
     );
     for (target, measured) in told {
         let refitted_cell = match refitted(target.level.triangles) {
@@ -47,9 +47,9 @@ pub(crate) fn write_summary(out: &mut String, portrait: &Portrait<'_>) {
         }
     }
     out.push_str(
-        "</tbody></table><p class=\"small soft\">Distances to full detail over all clips, measured at this level or the next \
-         coarser one. At most: the one worst point. Last column: how tall the character is on the screen when the RMS \
-         distance is one pixel.</p></div>",
+        "</tbody></table><p class=\"small soft\">Distances of this level to full detail over all clips. Last column: how tall the \
+         character is on the screen when the RMS distance is one pixel, as <code>bake --px</code> counts; \
+         <code>--px 1@240:max</code> counts the bound, which no point exceeds.</p></div>",
     );
 }
 

@@ -64,18 +64,21 @@ pub(crate) fn write_portrait(out: &mut String, portrait: &Portrait<'_>, id: &str
 
 fn write_facts(out: &mut String, portrait: &Portrait<'_>) {
     let (record, manifest) = (portrait.character.record, portrait.character.manifest);
-    let moving = portrait.character.clips.iter().filter(|clip| clip.frame_count > 1).count();
+    let clips = portrait.character.clips;
+    let still = clips.iter().filter(|clip| clip.frame_count == 1).count();
+    let still = if still == 0 { String::new() } else { format!(" ({still} of one frame)") };
     let frames: u64 = portrait.character.clips.iter().map(|clip| u64::from(clip.frame_count)).sum();
     let _ = write!(
         out,
         "<ul class=\"facts\"><li><b>{}</b> triangles down to <b>{}</b></li><li><b>{}</b> vertices down to <b>{}</b></li>\
-         <li><b>{}</b> tall</li><li><b>{moving}</b> {}, {} frames</li><li><b>{}</b> joints</li><li>animation {}</li><li>from {}</li></ul>",
+         <li><b>{}</b> tall</li><li><b>{}</b> {}{still}, {} frames</li><li><b>{}</b> joints</li><li>animation {}</li><li>from {}</li></ul>",
         grouped(record.triangle_count),
         grouped(record.min_triangle_count),
         grouped(record.vertex_count),
         grouped(record.min_vertex_count),
         length(record.height_m),
-        if moving == 1 { "clip" } else { "clips" },
+        clips.len(),
+        if clips.len() == 1 { "clip" } else { "clips" },
         grouped(frames),
         grouped(record.joint_count),
         crate::inspect::inspect_animation(portrait.character).words(),

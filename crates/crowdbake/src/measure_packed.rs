@@ -1,0 +1,101 @@
+//! Measures levels of a packed character as its bake did, on the frames that the pack names.
+
+use crate::measure_levels::{LevelMeasure, LevelShape, MeasuredFrames, poked_shares};
+use crate::ordered_mesh::OrderedMesh;
+use crate::pose::Mat3x4;
+use crate::unpack::Unpacked;
+use crowd_lod::Level;
+use crowd_pack::{LodRecord, ManifestMeasured, REFERENCE_HEIGHT_PX};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Points a side and frame that a pack may ask to be measured on: what a bake uses is far below.
+pub(crate) const MOST_SAMPLES: u32 = 10_000;
+
+/// What is measured of levels of the order; of stored ones it is what the pack says. `None` where a pack names no frames.
+///
+/// The bound is at least that of the next finer quantised level, as in a bake.
+pub(crate) fn measure_packed(character: &Unpacked<'_>, levels: &[LodRecord]) -> Vec<Option<ManifestMeasured>> {
+    let manifest = character.manifest;
+    let refitted = |at: usize| character.discrete_levels()[at].is_refit();
+    let discrete =
+        manifest.discrete.iter().enumerate().filter(|(at, _)| !refitted(*at)).map(|(_, level)| &level.measured);
+    let stored: BTreeMap<(u32, u32), &ManifestMeasured> = manifest
+        .measured
+        .iter()
+        .chain(discrete)
+        .map(|measured| ((measured.vertex_count, measured.triangle_count), measured))
+        .collect();
+    let key = |level: &LodRecord| (level.vertex_count, level.triangle_count);
+    let missing: Vec<LodRecord> = levels.iter().filter(|level| !stored.contains_key(&key(level))).copied().collect();
+    let new = if missing.is_empty() || manifest.measuring.mean_frames.is_empty() {
+        BTreeMap::new()
+    } else {
+        missing.iter().map(key).zip(measure_missing(character, &missing)).collect()
+    };
+    let found = |level: &LodRecord| stored.get(&key(level)).copied().or_else(|| new.get(&key(level))).cloned();
+    levels.iter().map(found).collect()
+}
+
+fn measure_missing(character: &Unpacked<'_>, levels: &[LodRecord]) -> Vec<ManifestMeasured> {
+    let (manifest, measuring) = (character.manifest, &character.manifest.measuring);
+    let frames = MeasuredFrames { mean: measuring.mean_frames.clone(), worst: measuring.worst_frames.clone() };
+    let (mesh, palettes) = (OrderedMesh::of_pack(character), palettes_of(character, &frames));
+    let joint_count = character.joint_count();
+    let samples = measuring.samples_per_frame.min(MOST_SAMPLES);
+    let shape = |&LodRecord { vertex_count, triangle_count }: &LodRecord| {
+        LevelShape::Shared(mesh.level_triangles(&Level { vertex_count, triangle_count, error_m: 0.0 }))
+    };
+    let shapes: Vec<LevelShape> = levels.iter().map(shape).collect();
+    let errors = LevelMeasure::new(&mesh, &frames, &palettes, joint_count, samples).measure(&shapes);
+    let poked = poked_shares(&mesh, &shapes, &frames, &palettes, joint_count);
+    let height_m = character.record.height_m;
+    let px_per_m = if height_m > 0.0 { REFERENCE_HEIGHT_PX / height_m } else { 0.0 };
+    let measured = |((level, error), poked_share): ((&LodRecord, crowd_lod::SurfaceError), f32)| {
+        let finer = manifest.measured.iter().find(|finer| finer.triangle_count >= level.triangle_count);
+        let bound_m = error.bound_m.max(finer.map_or(0.0, |finer| finer.bound_m));
+        let (max_clip, max_frame) = clip_of_frame(character, error.max_frame);
+        ManifestMeasured {
+            vertex_count: level.vertex_count,
+            triangle_count: level.triangle_count,
+            rms_m: error.rms_m,
+            max_m: error.max_m,
+            max_clip,
+            max_frame,
+            bound_m,
+            uv_drift_p95_texels: error.uv_drift_p95_texels,
+            normal_mean_deg: error.normal_mean_deg,
+            bound_px: bound_m * px_per_m,
+            poked_share,
+        }
+    };
+    levels.iter().zip(errors).zip(poked).map(measured).collect()
+}
+
+/// Clip, and frame within it, of a frame counted over all clips.
+fn clip_of_frame(character: &Unpacked<'_>, mut frame: u32) -> (u32, u32) {
+    for (index, clip) in character.clips.iter().enumerate() {
+        if frame < clip.frame_count {
+            return (index as u32, frame);
+        }
+        frame -= clip.frame_count;
+    }
+    (0, 0)
+}
+
+/// Palettes of the frames measured, in their order.
+pub(crate) fn palettes_of(character: &Unpacked<'_>, frames: &MeasuredFrames) -> Vec<Mat3x4> {
+    let joint_count = character.joint_count();
+    let wanted: BTreeSet<usize> = frames.all().map(|frame| frame as usize).collect();
+    let (mut by_frame, mut first) = (BTreeMap::new(), 0);
+    for (index, clip) in character.clips.iter().enumerate() {
+        let end = first + clip.frame_count as usize;
+        if wanted.range(first..end).next().is_some() {
+            let all = character.palettes(index);
+            for &frame in wanted.range(first..end) {
+                by_frame.insert(frame, all[(frame - first) * joint_count..][..joint_count].to_vec());
+            }
+        }
+        first = end;
+    }
+    frames.all().flat_map(|frame| by_frame.get(&(frame as usize)).cloned().unwrap_or_default()).collect()
+}
