@@ -1,13 +1,14 @@
 //! The levels that a pack stores beside the continuous order: quantised ones in geometric steps, discrete ones that someone asked
 //! for, each with an index table in cache order and measured.
 
-use crate::lod_target::LodTarget;
+use crate::lod_target::{Distance, LodTarget};
 use crate::measure_levels::{LevelError, LevelMeasure, LevelShape, MeasuredFrames, SAMPLES_PER_FRAME, poked_shares};
-use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
+use crate::ordered_mesh::OrderedMesh;
 use crate::pose::Mat3x4;
+use crate::refit_levels::Refitting;
 use crate::search_levels::search_levels;
 use crate::unpack::triangle_target;
-use crowd_lod::{Level, LodPoses, RefitOptions, SurfaceError, geometric_levels, refit};
+use crowd_lod::{Level, LodPoses, SurfaceError, geometric_levels};
 use crowd_pack::{ManifestTarget, VertexRecord, limits};
 use rayon::prelude::*;
 
@@ -70,9 +71,6 @@ pub struct LevelsAsked {
     pub refit: bool,
 }
 
-/// Share of a level's bound below which no refit brings the largest distance.
-const MISSED_SHARE: f32 = 0.1;
-
 /// A level chosen for a target.
 #[derive(Debug, Clone, Copy)]
 struct Chosen {
@@ -84,7 +82,7 @@ struct Chosen {
 /// Chooses, measures and orders the levels. `poses`: all frames of all clips. `height_m`: the character's.
 ///
 /// The bound of a quantised level is at least that of each finer one, so that the levels within a bound are those from one
-/// on. A refitted level that measures worse than it did before, or that does not keep its limit any more, is left as it was.
+/// on.
 pub fn bake_levels(mesh: &OrderedMesh, poses: &LodPoses<'_>, height_m: f32, asked: &LevelsAsked) -> BakedLevels {
     let order = &mesh.order;
     let places = geometric_levels(&order.levels, limits::QUANTIZED_LEVELS as usize);
@@ -123,32 +121,83 @@ pub fn bake_levels(mesh: &OrderedMesh, poses: &LodPoses<'_>, height_m: f32, aske
         discrete.push((Chosen { target, reached: true, level: order.levels[found.index] }, found.error));
     }
     discrete.sort_by_key(|(chosen, _)| std::cmp::Reverse(chosen.level.triangle_count));
+    let before: Vec<(Level, SurfaceError)> = quantized.iter().copied().zip(errors.iter().copied()).collect();
+    let refitting = Refitting { mesh, poses, measure: &measure, poke: &poke };
+    let mut discrete = match asked.refit {
+        true => refit_all(&refitting, &before, discrete, height_m),
+        false => discrete.into_iter().map(|(chosen, error)| Stored { chosen, error, refitted: None }).collect(),
+    };
+    discrete.sort_by_key(|stored| std::cmp::Reverse(stored.chosen.level.triangle_count));
     let (discrete, repeated) = without_repeats(discrete, order.triangles.len() as u32);
 
     levels.truncate(quantized.len());
-    levels.extend(discrete.iter().map(|(chosen, _)| chosen.level));
-    errors.extend(discrete.iter().map(|(_, error)| *error));
+    levels.extend(discrete.iter().map(|stored| stored.chosen.level));
+    errors.extend(discrete.iter().map(|stored| stored.error));
     let mut errors = join(errors, poke(&shapes_of(&levels)));
-    let discrete: Vec<(Chosen, LevelError)> =
-        discrete.iter().map(|&(chosen, _)| chosen).zip(errors.split_off(quantized.len())).collect();
-
+    let discrete_errors = errors.split_off(quantized.len());
     let quantized = quantized.par_iter().zip(errors).map(|(level, error)| shared_level(mesh, level, error)).collect();
-    let refitted = if asked.refit { refit_levels(mesh, poses, &discrete, measure, poke) } else { Vec::new() };
-    let discrete = discrete.into_iter().enumerate().map(|(number, (chosen, error))| {
-        let within = |level: &&BakedLevel| {
-            let surface = &level.error.surface;
-            let limit = chosen.target.limit_m(height_m);
-            surface.rms_m <= error.surface.rms_m && limit.is_none_or(|(distance, most)| distance.of(surface) <= most)
-        };
-        let better = refitted.get(number).filter(within);
-        DiscreteLevel {
+    let discrete =
+        discrete.into_iter().zip(discrete_errors).enumerate().map(|(number, (stored, error))| DiscreteLevel {
             name: level_name(number),
-            target: chosen.target,
-            reached: chosen.reached,
-            level: better.cloned().unwrap_or_else(|| shared_level(mesh, &chosen.level, error)),
-        }
-    });
+            target: stored.chosen.target,
+            reached: stored.chosen.reached,
+            level: stored.refitted.unwrap_or_else(|| shared_level(mesh, &stored.chosen.level, error)),
+        });
     BakedLevels { quantized, discrete: discrete.collect(), repeated, frames }
+}
+
+/// A level to store: its error without a refit, and the refitted one where that is better.
+struct Stored {
+    chosen: Chosen,
+    error: SurfaceError,
+    refitted: Option<BakedLevel>,
+}
+
+/// Refits levels, each once, and tries coarser ones for those asked for by a distance. A refitted level that measures worse than it did
+/// before, or that does not keep its limit any more, is left out.
+fn refit_all(
+    refitting: &Refitting<'_>,
+    quantized: &[(Level, SurfaceError)],
+    discrete: Vec<(Chosen, SurfaceError)>,
+    height_m: f32,
+) -> Vec<Stored> {
+    let full = quantized.last().map_or(0, |(level, _)| level.triangle_count);
+    let by_share = |chosen: &Chosen| matches!(chosen.target.0, ManifestTarget::Ratio(_));
+    let mut once: Vec<(Level, SurfaceError)> = discrete
+        .iter()
+        .filter(|(chosen, _)| by_share(chosen) || chosen.level.triangle_count < full)
+        .map(|&(chosen, error)| (chosen.level, error))
+        .collect();
+    once.dedup_by_key(|(level, _)| level.triangle_count);
+    let refitted = refitting.refit(&once);
+    let of = |level: &Level| once.iter().position(|(known, _)| known.triangle_count == level.triangle_count);
+    let limited: Vec<(usize, (Distance, f32), usize)> = discrete
+        .iter()
+        .enumerate()
+        .filter_map(|(place, (chosen, _))| Some((place, chosen.target.limit_m(height_m)?, of(&chosen.level)?)))
+        .collect();
+    let limits: Vec<(Distance, f32)> = limited.iter().map(|limited| limited.1).collect();
+    let begin: Vec<_> = limited.iter().map(|&(.., at)| (once[at], &refitted[at])).collect();
+    let coarser = refitting.coarser(quantized, &limits, &begin);
+    let mut stored: Vec<Stored> = discrete
+        .into_iter()
+        .map(|(chosen, error)| {
+            let limit = chosen.target.limit_m(height_m);
+            let better = |level: &&BakedLevel| {
+                let surface = &level.error.surface;
+                surface.rms_m <= error.rms_m && limit.is_none_or(|(distance, most)| distance.of(surface) <= most)
+            };
+            let refitted = of(&chosen.level).map(|at| &refitted[at]).filter(better).cloned();
+            Stored { chosen, error, refitted }
+        })
+        .collect();
+    for ((place, ..), coarser) in limited.into_iter().zip(coarser) {
+        let Some(((level, error), level_refitted)) = coarser else { continue };
+        let stored = &mut stored[place];
+        stored.chosen.level = level;
+        (stored.error, stored.refitted) = (error, Some(level_refitted));
+    }
+    stored
 }
 
 /// `lod1` the finest.
@@ -158,20 +207,17 @@ pub(crate) fn level_name(number: usize) -> String {
 
 /// Each level once, for whom it was asked first; and those asked for that are one of these, or full detail for want of a coarser one
 /// within a distance. `discrete`: finest first.
-fn without_repeats(
-    discrete: Vec<(Chosen, SurfaceError)>,
-    full_triangle_count: u32,
-) -> (Vec<(Chosen, SurfaceError)>, Vec<RepeatedLevel>) {
-    let (mut kept, mut repeated): (Vec<(Chosen, SurfaceError)>, _) = (Vec::new(), Vec::new());
-    for (chosen, error) in discrete {
-        let Chosen { target, reached, level } = chosen;
+fn without_repeats(discrete: Vec<Stored>, full_triangle_count: u32) -> (Vec<Stored>, Vec<RepeatedLevel>) {
+    let (mut kept, mut repeated): (Vec<Stored>, _) = (Vec::new(), Vec::new());
+    for stored in discrete {
+        let Chosen { target, reached, level } = stored.chosen;
         let by_share = matches!(target.0, ManifestTarget::Ratio(_));
-        if kept.last().is_some_and(|(last, _)| last.level.triangle_count == level.triangle_count) {
+        if kept.last().is_some_and(|last| last.chosen.level.triangle_count == level.triangle_count) {
             repeated.push(RepeatedLevel { target, reached, same_as: Some(kept.len() - 1) });
         } else if level.triangle_count == full_triangle_count && !by_share {
             repeated.push(RepeatedLevel { target, reached, same_as: None });
         } else {
-            kept.push((chosen, error));
+            kept.push(stored);
         }
     }
     (kept, repeated)
@@ -193,49 +239,6 @@ fn shared_level(mesh: &OrderedMesh, level: &Level, error: LevelError) -> BakedLe
 
 fn join(surfaces: Vec<SurfaceError>, poked: Vec<f32>) -> Vec<LevelError> {
     surfaces.into_iter().zip(poked).map(|(surface, poked_share)| LevelError { surface, poked_share }).collect()
-}
-
-/// Refits, rounds to what the pack stores, and measures that: in the order of the table, which is all that a pack keeps.
-/// Layers are known by the order's sequence.
-fn refit_levels(
-    mesh: &OrderedMesh,
-    poses: &LodPoses<'_>,
-    discrete: &[(Chosen, LevelError)],
-    measure: impl Fn(&[LevelShape]) -> Vec<SurfaceError>,
-    poke: impl Fn(&[LevelShape]) -> Vec<f32>,
-) -> Vec<BakedLevel> {
-    let lod_mesh = mesh.mesh();
-    let refitted: Vec<(Vec<VertexRecord>, Vec<[u32; 3]>, Vec<u32>)> = discrete
-        .par_iter()
-        .map(|(chosen, _)| {
-            let level = refit(&lod_mesh, poses, &mesh.order, &chosen.level, &RefitOptions::default());
-            let records = mesh.refit_records(&level);
-            let table = cache_order(&level.triangles, records.len() as u32);
-            (records, level.triangles, table)
-        })
-        .collect();
-    let vertices = |records: &[VertexRecord]| DecodedVertices::new(records);
-    let in_order: Vec<LevelShape> =
-        refitted.iter().map(|(records, triangles, _)| LevelShape::Own(vertices(records), triangles.clone())).collect();
-    let as_drawn: Vec<LevelShape> = refitted
-        .iter()
-        .map(|(records, _, table)| LevelShape::Own(vertices(records), table.as_chunks::<3>().0.to_vec()))
-        .collect();
-    let mut errors = join(measure(&as_drawn), poke(&in_order));
-    for ((_, before), after) in discrete.iter().zip(&mut errors) {
-        // Moving vertices mends a good part of the largest distance, but not all of it: then it was missed, on a fold as narrow as
-        // a triangle.
-        if after.surface.max_m < MISSED_SHARE * before.surface.bound_m {
-            after.surface.bound_m = after.surface.bound_m.max(before.surface.bound_m);
-        }
-    }
-    let baked = refitted.into_iter().zip(errors).map(|((records, _, indices), error)| BakedLevel {
-        vertex_count: records.len() as u32,
-        indices,
-        own: Some(records),
-        error,
-    });
-    baked.collect()
 }
 
 /// The triangles in an order that lets a GPU shade most vertices once.

@@ -36,6 +36,7 @@ pub mod pose;
 pub mod report;
 pub mod report_page;
 mod sample;
+mod refit_levels;
 mod search_levels;
 mod select_clips;
 pub mod size;
