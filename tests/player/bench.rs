@@ -31,6 +31,7 @@ fn techniques_are_measured_in_turn_at_every_count() {
         if let Some(share) = row["lod_share"].as_f64() {
             assert!((0.0..=1.0).contains(&share), "{row}");
         }
+        assert!(of("cpu_ms") > 0.0 && of("cpu_share") > 0.0 && of("cpu_share") < 1.0, "{row}");
     }
     assert_eq!(rows[0]["frame_ratio"], 1.0);
     assert_eq!(rows[0]["image_rmse"], 0.0, "full detail is full detail");

@@ -68,6 +68,24 @@ fn what_the_reference_camera_needs_is_counted() {
     assert!((asked..asked + 1000).contains(&freed), "{alone:?} {seen:?}");
 }
 
+/// People lie in one binding.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn more_people_than_an_adapter_binds_are_refused_with_how_many_it_can_take() {
+    let (device, _) = crowd_tests::gpu::device();
+    let allowed = crowd_stages::gpu::most_instances(&device.limits(), &crowd_stages::Technique::Bucketed.into());
+    if allowed >= 4_000_000 {
+        println!("this adapter takes {allowed}, more than --count allows");
+        return;
+    }
+    let scene = Scene::new();
+    let ran = run(&scene, &["--count", &(allowed + 1).to_string()]);
+    assert_eq!((ran.code, ran.stdout.len()), (5, 0), "{}", ran.stderr);
+    for word in ["people", &format!("needs {}", allowed + 1), &format!("allows {allowed}"), "--count"] {
+        assert!(ran.stderr.contains(word), "{word} in {}", ran.stderr);
+    }
+}
+
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn a_budget_of_triangles_is_kept_and_used() {

@@ -97,7 +97,7 @@ pub struct Args {
           required_unless_present_any = ["list_adapters", "completions"])]
     pub pack: Option<PathBuf>,
 
-    /// Instances in the crowd
+    /// Instances in the crowd; adapters that bind little at a time draw fewer than this allows (software Vulkan 1,677,721), and say so
     #[arg(long, default_value_t = 10_000, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=4_000_000), help_heading = "Crowd")]
     pub count: u32,
 

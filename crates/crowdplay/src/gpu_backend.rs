@@ -11,6 +11,7 @@ use crate::simulation::Simulation;
 use crate::{Error, Result};
 use crowd_stages::gpu::{CrowdRenderer, RendererOptions, SkinningChoice, buffer_or_error, texture_or_error};
 use crowd_stages::{BudgetIn, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique};
+use std::time::Instant;
 
 /// A renderer that draws into a texture of its own.
 pub struct GpuBackend {
@@ -21,6 +22,8 @@ pub struct GpuBackend {
     samples: u32,
     /// The reference camera has been or will be looked through.
     has_reference: bool,
+    /// What recording and submitting the newest frame took.
+    cpu_ms: f32,
 }
 
 impl GpuBackend {
@@ -42,7 +45,7 @@ impl GpuBackend {
         renderer.set_scenery(&gpu.device, &gpu.queue, vertices, triangles)?;
         let canvas = Canvas::new(&gpu.device, size, format)?;
         let simulation = Simulation::of(&gpu, &mut renderer, crowd)?;
-        Ok(Self { gpu, renderer, simulation, canvas, samples, has_reference: false })
+        Ok(Self { gpu, renderer, simulation, canvas, samples, has_reference: false, cpu_ms: 0.0 })
     }
 
     /// Other instances than before, at most as many as the crowd had first.
@@ -92,10 +95,12 @@ impl GpuBackend {
     /// Draws a frame and waits until it is done.
     pub fn draw(&mut self, config: &FrameConfig, options: DrawOptions) -> Result<FrameTotals> {
         let Self { gpu, renderer, canvas, .. } = self;
+        let start = Instant::now();
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let size = (canvas.size[0], canvas.size[1]);
         renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, options)?;
         gpu.queue.submit([encoder.finish()]);
+        self.cpu_ms = start.elapsed().as_secs_f32() * 1e3;
         wait(&gpu.device)?;
         Ok(renderer.totals(&gpu.device, true).unwrap_or_default())
     }
@@ -133,6 +138,11 @@ impl GpuBackend {
     /// GPU milliseconds by stage of the newest frame.
     pub fn timings_ms(&mut self) -> Vec<(&'static str, f32)> {
         self.renderer.timings_ms()
+    }
+
+    /// What the CPU did for the newest frame, milliseconds: recording and submitting it.
+    pub fn cpu_ms(&self) -> f32 {
+        self.cpu_ms
     }
 
     /// Vertex shader runs of the newest frame's crowd, where the adapter counts them.

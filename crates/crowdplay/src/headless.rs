@@ -4,7 +4,7 @@ use crate::backend::{self, Backend};
 use crate::crowd::Crowd;
 use crate::film::Film;
 use crate::governor::Governor;
-use crate::memory::table;
+use crate::memory::{check_count, table};
 use crate::picture::{write_file, write_stdout};
 use crate::plan::{DetailPlan, HeadlessPlan, PictureName, Plan};
 use crate::progress::Progress;
@@ -32,6 +32,9 @@ pub fn render(
     let largest = backend::largest_budget(crowd, detail.budget_in);
     let mut most = if detail.target_ms.is_some() { budget.max(largest) } else { budget };
     let samples = plan.machine.samples.unwrap_or(4);
+    if let Some(gpu) = &gpu {
+        check_count(&gpu.device, crowd.instances.len(), &[detail.draw])?;
+    }
     let mut backend = Backend::new(gpu, crowd, plan.size, samples, (most, detail.budget_in))?;
     if let Some(limit_bytes) = plan.machine.vram_bytes {
         // With a target the budget is only where it begins.

@@ -6,7 +6,7 @@ use crate::gpu_device::Gpu;
 use crate::plan::DetailPlan;
 use crate::{Error, Result};
 use crowd_pack::LodRecord;
-use crowd_stages::gpu::{CrowdRenderer, MemoryUse, RendererOptions};
+use crowd_stages::gpu::{CrowdRenderer, MemoryUse, RendererOptions, most_instances};
 use crowd_stages::{BudgetIn, CrowdData, DrawOptions, InstanceRecord, Technique};
 
 /// Bytes of a megabyte, as `--vram` counts them.
@@ -85,6 +85,21 @@ impl CrowdNeeds {
         let max_instances = self.instances;
         let options = RendererOptions { max_instances, max_vertices, max_triangles, color_format, sample_count };
         options.clamped_to(&device.limits())
+    }
+}
+
+/// Refuses more people than the device binds at a time.
+///
+/// # Errors
+/// [`crowd_stages::Error::Limit`] with how many it can take.
+pub fn check_count(device: &wgpu::Device, count: usize, draws: &[DrawOptions]) -> Result<()> {
+    let limits = device.limits();
+    let allowed = draws.iter().map(|draw| most_instances(&limits, draw)).min().unwrap_or(u32::MAX).into();
+    let (what, needed) = ("people", count as u64);
+    let remedy = "use --count, or a layout file, with no more than that";
+    match needed > allowed {
+        true => Err(crowd_stages::Error::Limit { what, needed, allowed, remedy }.into()),
+        false => Ok(()),
     }
 }
 

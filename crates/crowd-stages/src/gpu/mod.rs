@@ -95,7 +95,7 @@ pub use place_vertices::PlaceVertices;
 pub use play_motion::{MotionPlan, PlayMotion};
 pub use recall_seen::RecallSeen;
 pub use reform_triangles::ReformTriangles;
-pub use renderer::{CrowdRenderer, RendererOptions, STAGES};
+pub use renderer::{CrowdRenderer, RendererOptions, STAGES, most_instances};
 pub use scan_counts::ScanCounts;
 pub use select_casters::SelectCasters;
 pub use select_lod::SelectLod;

@@ -24,8 +24,8 @@ use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
 use crate::dispatch::MAX_CASCADES;
 use crate::{
-    BudgetIn, CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, Fit, FrameConfig, FrameTotals, InstanceRecord,
-    Result, SceneryVertex, Skinning, Technique, View, Weight, fit_cascades, shadow_side,
+    BudgetIn, CrowdBounds, CrowdData, DrawConfig, DrawOptions, DrawnInstance, Error, Fit, FrameConfig, FrameTotals,
+    InstanceRecord, Result, SceneryVertex, Skinning, Technique, View, Weight, fit_cascades, shadow_side,
 };
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
@@ -101,6 +101,16 @@ impl RendererOptions {
             ..self
         }
     }
+}
+
+/// The most instances that a device of these limits draws so: where a binding may have 128 MiB, 2,796,202, and 1,677,721 where they are
+/// gathered for the draw.
+pub fn most_instances(limits: &wgpu::Limits, draw: &DrawOptions) -> u32 {
+    use Technique::{PseudoInstancing, Reform, StaticFloor};
+    let gathers = draw.shadows > 0 || !matches!(draw.technique, PseudoInstancing | Reform | StaticFloor);
+    let record = if gathers { size_of::<DrawnInstance>() } else { size_of::<InstanceRecord>() };
+    let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    u32::try_from(binding / record as u64).unwrap_or(u32::MAX)
 }
 
 /// GPU buffers, textures and pipelines of one crowd; draws with any technique, each set up when it is first asked for.

@@ -15,6 +15,10 @@ pub enum Quantity {
     FrameP95,
     /// Median of the GPU's time, milliseconds.
     Gpu,
+    /// Median of what the CPU does for a frame, milliseconds.
+    Cpu,
+    /// Its part of the frame.
+    CpuShare,
     /// Everything but skinning and drawing.
     Lod,
     /// Its part of the GPU's time.
@@ -60,10 +64,12 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    const NAMES: [(&'static str, Self); 24] = [
+    const NAMES: [(&'static str, Self); 26] = [
         ("frame_ms", Self::Frame),
         ("frame_p95_ms", Self::FrameP95),
         ("gpu_ms", Self::Gpu),
+        ("cpu_ms", Self::Cpu),
+        ("cpu_share", Self::CpuShare),
         ("lod_ms", Self::Lod),
         ("lod_share", Self::LodShare),
         ("draw_ms", Self::Draw),
@@ -93,6 +99,8 @@ impl Quantity {
             Self::Frame => Some(row.frame_ms.median.into()),
             Self::FrameP95 => Some(row.frame_ms.p95.into()),
             Self::Gpu => row.gpu_ms.map(|spread| spread.median.into()),
+            Self::Cpu => row.cpu_ms.map(f64::from),
+            Self::CpuShare => row.cpu_share.map(f64::from),
             Self::Lod => row.lod_ms.map(f64::from),
             Self::LodShare => row.lod_share.map(f64::from),
             Self::Draw => row.stages_ms.get("draw").map(|spread| spread.median.into()),

@@ -10,13 +10,13 @@ use crate::cpu_levels::CpuLevels;
 use crate::crowd::{self, Crowd};
 use crate::gpu_backend::GpuBackend;
 use crate::gpu_device::Gpu;
-use crate::memory::{MEGABYTE, with_baseline};
+use crate::memory::{MEGABYTE, check_count, with_baseline};
 use crate::picture::Picture;
 use crate::plan::{HeadlessPlan, Show};
 use crate::stats::{Frame, Spread, overflow_words, skinning_words};
 use crate::view::{Viewer, frame_config};
 use crate::{Error, Result, Talk};
-use crowd_stages::{FrameConfig, FrameTotals, InstanceRecord, Skinning, Technique, overflow};
+use crowd_stages::{DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Skinning, Technique, overflow};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -90,6 +90,8 @@ pub fn measure(asked: &Asked, talk: &mut Talk<'_>) -> Result<BenchReport> {
 struct Contender {
     variant: Variant,
     frames: Vec<Frame>,
+    /// The CPU's time of each, milliseconds.
+    cpu_ms: Vec<f32>,
     last: FrameTotals,
     vertex_runs: Option<u64>,
     /// Of counted frames with anybody: vertex shader runs and triangles.
@@ -119,15 +121,17 @@ fn measure_count(
     let given = budget;
     let mut budget = given.unwrap_or_else(|| backend::usual_budget(Some(gpu), &crowd, &plan.detail));
     let asked_for = (budget, plan.detail.budget_in);
+    let draws: Vec<DrawOptions> = asked.words.ab.iter().map(|variant| variant.options(plan.detail.draw)).collect();
+    check_count(&gpu.device, crowd.instances.len(), &draws)?;
     let mut backend = GpuBackend::new(gpu.clone(), &crowd, plan.size, samples, asked_for)?;
     if let Some(limit_bytes) = plan.machine.vram_bytes {
-        let draws = asked.words.ab.iter().map(|variant| variant.options(plan.detail.draw)).collect();
         budget = backend.fit_memory(&crowd, &plan.detail, limit_bytes, (with_baseline(draws), false), given)?;
         talk.say(&format!("{budget} {} fit {} MB", plan.detail.budget_in.name(), limit_bytes / MEGABYTE));
     }
     let new = |&variant: &Variant| Contender {
         variant,
         frames: Vec::new(),
+        cpu_ms: Vec::new(),
         last: FrameTotals::default(),
         vertex_runs: None,
         runs: Vec::new(),
@@ -173,6 +177,7 @@ fn measure_count(
             let totals = backend.draw(&config, options)?;
             let frame_ms = start.elapsed().as_secs_f32() * 1e3;
             if round >= warm_up {
+                contender.cpu_ms.push(backend.cpu_ms());
                 contender.frames.push(Frame::new(
                     round - warm_up,
                     time_s,
@@ -344,6 +349,8 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
         .collect();
     let median = |of: &dyn Fn(&(f32, f32)) -> f32| Spread::of(timed.iter().map(of).collect()).median;
     let has_times = !timed.is_empty();
+    let cpu_shares =
+        contender.cpu_ms.iter().zip(frames).map(|(cpu_ms, frame)| cpu_ms / frame.frame_ms.max(1e-6)).collect();
     let timings = crate::stats::Timings::over(frames);
     // Drawing all at full detail is what a technique without a budget does.
     let overflow = if contender.variant.technique.has_budget() {
@@ -359,6 +366,8 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
         frames: frames.len() as u32,
         frame_ms: timings.frame_ms,
         frame_ratio: 1.0,
+        cpu_ms: Some(Spread::of(contender.cpu_ms.clone()).median),
+        cpu_share: Some(Spread::of(cpu_shares).median),
         gpu_ms: has_times.then(|| Spread::of(timed.iter().map(|(all, _)| *all).collect())),
         simulate_ms: None,
         lod_ms: has_times.then(|| median(&|(_, lod)| *lod)),

@@ -59,6 +59,10 @@ pub struct Row {
     pub frame_ratio: f32,
     /// Median of moving everyone on before a frame, the same for all; `None` where nobody moves. No part of `frame_ms`.
     pub simulate_ms: Option<f32>,
+    /// Median of what the CPU does for a frame: recording and submitting it, without waiting for the GPU.
+    pub cpu_ms: Option<f32>,
+    /// Its median part of the frame.
+    pub cpu_share: Option<f32>,
     /// All stages and the draw on the GPU; `None` where the adapter has no timestamps.
     pub gpu_ms: Option<Spread>,
     /// Median of everything but skinning and drawing: culling, levels, bucketing or reforming.
@@ -138,7 +142,7 @@ pub struct Judged {
 
 /// Columns of the table for spreadsheets.
 const COLUMNS: &str = "adapter,driver,device_type,pack,width,height,samples,rounds,count,technique,skinning,budget,frame_ms_median,frame_ms_p95,\
-frame_ratio,simulate_ms,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,mean_runs_per_triangle,most_runs_per_triangle,image_rmse,pop_rmse,pop_p999,pop_px,pop_far_share,level_steps_beyond_next,most_level_steps,poses,overflow,features";
+frame_ratio,simulate_ms,cpu_ms,cpu_share,gpu_ms_median,gpu_ms_p95,lod_ms,lod_share,visible,outside,occluded,vertices,triangles,draws,vertex_runs,runs_per_triangle,mean_runs_per_triangle,most_runs_per_triangle,image_rmse,pop_rmse,pop_p999,pop_px,pop_far_share,level_steps_beyond_next,most_level_steps,poses,overflow,features";
 
 impl BenchReport {
     /// Comma-separated values with a header; text with quotes around it.
@@ -167,13 +171,15 @@ impl BenchReport {
             } = row;
             let _ = writeln!(
                 csv,
-                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+                "{texts},{width},{height},{},{},{count},{technique},{skinning},{budget},{},{},{},{},{},{},{},{},{},{},{visible},{outside},{occluded},{vertices},{triangles},{draws},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
                 self.samples,
                 self.rounds,
                 frame_ms.median,
                 frame_ms.p95,
                 row.frame_ratio,
                 optional(row.simulate_ms),
+                optional(row.cpu_ms),
+                optional(row.cpu_share),
                 optional(row.gpu_ms.map(|s| s.median)),
                 optional(row.gpu_ms.map(|s| s.p95)),
                 optional(row.lod_ms),
@@ -204,17 +210,17 @@ impl BenchReport {
         let mut out = format!(
             "# Benchmarks: drawing a crowd\n\nMade by `{command}`; do not edit by hand. {name} ({backend}, {driver} {driver_version}), \
              {width} x {height} pixels, --msaa {}, {} frames of each technique in turn after {} that do not count. \
-             Times are medians, milliseconds; *N* the vertices allowed a frame, *ratio* is to the first technique, *simulate* what moving everyone on takes before each frame (no part of it), *LOD* is everything on the GPU but skinning and drawing, *LOD %* its \
+             Times are medians, milliseconds; *N* the vertices allowed a frame, *ratio* is to the first technique, *simulate* what moving everyone on takes before each frame (no part of it), *CPU ms* what the CPU does for a frame besides (recording and submitting it), *CPU %* its part of the frame, *LOD* is everything on the GPU but skinning and drawing, *LOD %* its \
              part of the GPU's time, *visible* who is drawn, *hidden* who is in the frustum but left out behind others, *runs a triangle* the vertex shader's runs as the adapter counts them (of the last frame; in brackets the most of any, where that is another), *image* the difference to full detail (RMS of sRGB 0 to 1 over the pixels that show anyone), *pop* what changes from frame to frame by levels alone (RMS over the picture, drawn with the levels of the frame before and its own), *pop px* how far the surface moves by that (RMS over all vertices, pixels; where asked for).\n\n",
             self.samples, self.rounds, self.warm_up
         );
-        out.push_str("| instances | N | technique | frame ms | p95 | ratio | simulate | LOD ms | LOD % | visible | hidden | triangles | vertices | draws | runs a triangle | image | pop | pop px |\n");
-        out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+        out.push_str("| instances | N | technique | frame ms | p95 | ratio | simulate | CPU ms | CPU % | LOD ms | LOD % | visible | hidden | triangles | vertices | draws | runs a triangle | image | pop | pop px |\n");
+        out.push_str("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
         for row in &self.rows {
             let poses = row.poses.map(|poses| format!(", {poses} poses")).unwrap_or_default();
             let _ = writeln!(
                 out,
-                "| {} | {} | {}{poses} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+                "| {} | {} | {}{poses} | {:.2} | {:.2} | {:.3} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |",
                 row.count,
                 row.budget,
                 row.technique,
@@ -222,6 +228,8 @@ impl BenchReport {
                 row.frame_ms.p95,
                 row.frame_ratio,
                 number(row.simulate_ms, 2),
+                number(row.cpu_ms, 2),
+                number(row.cpu_share.map(|share| share * 100.0), 2),
                 number(row.lod_ms, 3),
                 number(row.lod_share.map(|share| share * 100.0), 2),
                 row.visible,
@@ -388,7 +396,7 @@ mod tests {
         }
         let columns: Vec<usize> =
             page.lines().filter(|line| line.starts_with("| ")).take(3).map(|line| line.matches('|').count()).collect();
-        assert_eq!(columns, [19; 3], "{page}");
+        assert_eq!(columns, [21; 3], "{page}");
     }
 
     #[test]

@@ -30,7 +30,8 @@ Examples:
       --assert 'bucketed/b0 <= 0.25' --assert 'lod_share:bucketed <= 0.0665'
 
 Conditions: [QUANTITY:]A/B OP NUMBER, or [QUANTITY:]A OP NUMBER; A and B are techniques of --ab, OP is <=, <, >= or >. They must hold at
-every count and budget. Quantities: frame_ms (the median, if none is named), frame_p95_ms, gpu_ms, lod_ms (everything but skinning and drawing), lod_share (its
+every count and budget. Quantities: frame_ms (the median, if none is named), frame_p95_ms, cpu_ms (recording and
+submitting), cpu_share (of the frame), gpu_ms, lod_ms (everything but skinning and drawing), lod_share (its
 part of gpu_ms), draw_ms, shadows_ms, triangles, vertices, hidden (by others), draws, vertex_runs, runs_per_triangle, mean_runs_per_triangle and
 most_runs_per_triangle (of all frames), triangles_at_equal_image (A with the least budget that brings its image_rmse down to B's), poses (worked out, where they are shared), pose_share (of visible), image_rmse (to
 full detail), pop_rmse, pop_px, pop_energy (of --pops; the last is pop_px squared), most_level_steps and level_steps_beyond_next (of --pops: how many of the

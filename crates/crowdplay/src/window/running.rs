@@ -11,7 +11,7 @@ use crate::governor::Governor;
 use crate::gpu_backend::{bake_frame, draw_reference, renderer_options};
 use crate::gpu_device::{self, Gpu};
 use crate::headless::report;
-use crate::memory::{Beside, Parts, Room};
+use crate::memory::{Beside, Parts, Room, check_count};
 use crate::overlay::{Knobs, Readings};
 use crate::plan::{DetailPlan, MachinePlan, Plan, WindowPlan};
 use crate::schedules::Schedules;
@@ -124,6 +124,7 @@ impl Running {
             if detail.budget_in == BudgetIn::Vertices && budget <= skinnable {
                 largest_budget = largest_budget.min(skinnable);
             }
+            check_count(&gpu.device, crowd.instances.len(), &[detail.draw])?;
             let options = renderer_options(&gpu.device, crowd, format, samples, largest_budget, detail.budget_in);
             largest_budget = largest_budget.min(match detail.budget_in {
                 BudgetIn::Vertices => options.max_vertices,
