@@ -1,6 +1,7 @@
-//! Three switches for the tests of this package, so that a test that cannot run shows as ignored, with its reason:
+//! Four switches for the tests of this package, so that a test that cannot run shows as ignored, with its reason:
 //! `crowd_assets` where real characters are at hand, `crowd_no_gpu` where the run opted out of GPU tests aloud,
-//! `crowd_no_display` where the run opted out of windows aloud or there is no Xvfb to open one in.
+//! `crowd_no_display` where the run opted out of windows aloud or there is no Xvfb to open one in,
+//! `crowd_no_shim` where no library can be made that stands in for Vulkan's.
 
 use std::path::Path;
 
@@ -26,6 +27,11 @@ fn main() {
         // An Xvfb that goes is noticed by its file; one that comes, by the switch, which tests/run.sh sets as long as there is none.
         Some(file) => println!("cargo::rerun-if-changed={}", file.display()),
         None => println!("cargo::rustc-cfg=crowd_no_display"),
+    }
+    println!("cargo::rustc-check-cfg=cfg(crowd_no_shim)");
+    let has_compiler = std::env::split_paths(&path).any(|folder| folder.join("cc").is_file());
+    if !has_compiler || !cfg!(target_os = "linux") {
+        println!("cargo::rustc-cfg=crowd_no_shim");
     }
     if std::env::var_os("CROWD_NO_GPU").is_some_and(|v| v == "1") {
         println!("cargo::rustc-cfg=crowd_no_gpu");

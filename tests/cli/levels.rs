@@ -121,7 +121,8 @@ fn a_level_has_one_record_everywhere() {
     // One that the pack does not store is measured: as a bake that stores it does.
     let again = ["bake", "@mara.glb", "-o", "@again.crowdpack", "--lod-ratio", "17%"];
     bench.run(&again).expect(0);
-    let stored = &bench.run(&["inspect", "@again.crowdpack", "--json"]).expect(0).json()["characters"][0]["discrete"][0];
+    let stored =
+        &bench.run(&["inspect", "@again.crowdpack", "--json"]).expect(0).json()["characters"][0]["discrete"][0];
     for (key, value) in targets[1]["measured"].as_object().unwrap() {
         assert_eq!(*value, stored[key], "{key}");
     }

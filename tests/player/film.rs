@@ -2,21 +2,12 @@
 
 #![cfg(unix)]
 
-use crate::{Scene, crowdplay, player};
+use crate::{Scene, crowdplay, player, stand_in};
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 const FRAMES: [&str; 9] = ["--headless", "--count", "9", "--size", "65x35", "--backend", "cpu", "--frames", "3"];
-
-/// A folder `bin` with a program called ffmpeg that runs these lines.
-fn stand_in(scene: &Scene, lines: &str) {
-    let folder = scene.file("bin");
-    std::fs::create_dir_all(&folder).expect("a temporary folder can be written to");
-    let program = folder.join("ffmpeg");
-    std::fs::write(&program, format!("#!/bin/sh\nfor last; do :; done\n{lines}\n")).expect("the folder is there");
-    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).expect("the file is ours");
-}
 
 /// The real program with that ffmpeg, ready to film into `name`.
 fn filming(scene: &Scene, name: &str, more: &[&str]) -> Command {

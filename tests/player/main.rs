@@ -5,6 +5,7 @@ mod bench;
 mod compare;
 mod figures;
 mod film;
+mod lost;
 mod memory;
 mod motion;
 mod moving;
@@ -42,6 +43,17 @@ pub(crate) fn player() -> std::process::Command {
         program.display()
     );
     std::process::Command::new(program)
+}
+
+/// A folder `bin` with a program called ffmpeg that runs these lines.
+#[cfg(unix)]
+pub(crate) fn stand_in(scene: &Scene, lines: &str) {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = scene.file("bin");
+    std::fs::create_dir_all(&folder).expect("a temporary folder can be written to");
+    let program = folder.join("ffmpeg");
+    std::fs::write(&program, format!("#!/bin/sh\nfor last; do :; done\n{lines}\n")).expect("the folder is there");
+    std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).expect("the file is ours");
 }
 
 /// A folder of its own with a pack of two posts in it.

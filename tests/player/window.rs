@@ -37,11 +37,15 @@ impl Display {
 
     /// The player in a window on it, a point a pixel.
     fn start(&self, scene: &Scene, words: &[&str]) -> Player {
+        Player::new(self.command(scene, words))
+    }
+
+    fn command(&self, scene: &Scene, words: &[&str]) -> Command {
         let mut command = player();
         command.env("DISPLAY", &self.name).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
         command.env("XDG_RUNTIME_DIR", scene.folder()).current_dir(scene.folder());
         command.env("WINIT_X11_SCALE_FACTOR", "1").arg(scene.pack()).args(words);
-        Player::new(command)
+        command
     }
 
     /// Runs it to its end; it must succeed.
@@ -265,5 +269,20 @@ fn words_that_only_a_window_knows_are_refused_without_one() {
     for words in [&["--dt", "0.1"][..], &["--screenshot", "a.png"], &["--time-scale", "-1"]] {
         let ran = crate::crowdplay(&[&[scene.pack().as_str()][..], words].concat());
         assert_eq!(ran.code, 2, "{words:?}: {}", ran.stderr);
+    }
+}
+
+#[cfg_attr(any(crowd_no_gpu, crowd_no_display), ignore = "needs an adapter and Xvfb")]
+#[cfg_attr(crowd_no_shim, ignore = "a lost device is made by a C library on Linux, and here is no cc")]
+#[cfg(unix)]
+#[test]
+fn a_lost_device_closes_the_window_with_a_word() {
+    let (scene, display) = (Scene::new(), Display::new());
+    for (what, number) in [("SUBMIT", 1), ("SUBMIT", 4), ("SUBMIT", 13), ("WAIT", 1), ("WAIT", 6)] {
+        let what = format!("CROWD_LOSE_{what}");
+        let mut command = display.command(&scene, &["--count", "9", "--size", "320x200", "--reference-camera"]);
+        crate::lost::lose(&mut command, &scene, (&what, number));
+        let (code, talk) = Player::new(command).end();
+        crate::lost::expect_told(code, &talk, &format!("{what}={number}"));
     }
 }

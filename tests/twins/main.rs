@@ -38,6 +38,7 @@ mod share_poses;
 mod skin_vertices;
 mod small_bindings;
 mod sort_instances;
+mod stage_times;
 mod steer_boids;
 mod sum_weights;
 mod techniques;

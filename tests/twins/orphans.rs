@@ -35,6 +35,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "memory_use",
         "occlusion",
         "open_device",
+        "poll_device",
         "pose_sharing",
         "pre_skinning",
         "read_back",
@@ -57,6 +58,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "orphans",
         "shadows",
         "small_bindings",
+        "stage_times",
         "techniques",
         "whole_chain",
     ];

@@ -53,6 +53,9 @@ pub enum Error {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// Nothing more comes from the device.
+    #[error("the GPU device was lost: {0}; make a new device and a new renderer")]
+    DeviceLost(String),
     /// A character has no index tables, or they do not fit it.
     #[error("character {character}: no levels with index tables; bake the pack again")]
     Tables {

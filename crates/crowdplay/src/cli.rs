@@ -84,7 +84,7 @@ Files, one entry a line, # begins a comment:
 Exit codes:
   0 done   1 pack, layout, trajectories, motion graph or camera path refused   2 usage   3 output not written
   5 this machine lacks what was asked for: a GPU (--backend gpu, --adapter), a display (without
-  --headless), ffmpeg (a film for --out)
+  --headless), ffmpeg (a film for --out); or it lost its GPU while frames were drawn
 
 Data goes to standard output (--report -, --out -, --list-adapters), everything else to standard error.";
 

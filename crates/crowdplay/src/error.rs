@@ -66,6 +66,20 @@ pub enum Error {
         /// What the user can do.
         remedy: &'static str,
     },
+    /// The device was lost while frames were drawn.
+    #[error(
+        "{adapter}: the GPU device was lost after {frames} frame{} ({why}): its driver gave it up, as when a frame takes too long, or restarted; \
+         run it again, and if it is lost again draw less (--count, --budget, --size), update the driver, or use --headless --backend cpu",
+        if *frames == 1 { "" } else { "s" }
+    )]
+    Lost {
+        /// Its name.
+        adapter: String,
+        /// Frames that were done by then.
+        frames: u32,
+        /// wgpu's word.
+        why: String,
+    },
     /// What was asked for takes more GPU memory than it may.
     #[error(
         "--vram: {:.1} MB allowed; with a budget of {budget} {budget_in}, which is the least there is unless --budget says it, the crowd takes{table}\nuse a smaller --budget if you said one, fewer instances (--count), fewer characters, --skinning vertex, no --shadows, a smaller --size or --texture-side",
@@ -109,7 +123,7 @@ pub const EXIT_USAGE: u8 = 2;
 pub const EXIT_OUTPUT: u8 = 3;
 /// A condition of `crowdplay bench --assert` does not hold.
 pub const EXIT_MISSED: u8 = 4;
-/// The machine lacks a GPU (`--backend gpu`, `--adapter`) or a display (no `--headless`).
+/// The machine lacks a GPU (`--backend gpu`, `--adapter`) or a display (no `--headless`), or lost its GPU meanwhile.
 pub const EXIT_MACHINE: u8 = 5;
 
 impl Error {
@@ -120,12 +134,13 @@ impl Error {
             Self::Stages(
                 crowd_stages::Error::NoAdapter(_)
                 | crowd_stages::Error::Limit { .. }
-                | crowd_stages::Error::OutOfMemory { .. },
+                | crowd_stages::Error::OutOfMemory { .. }
+                | crowd_stages::Error::DeviceLost(_),
             ) => EXIT_MACHINE,
             Self::Stages(_) => EXIT_INPUT,
             Self::Parameter { .. } => EXIT_USAGE,
             Self::Output { .. } => EXIT_OUTPUT,
-            Self::Machine { .. } | Self::Memory { .. } => EXIT_MACHINE,
+            Self::Machine { .. } | Self::Lost { .. } | Self::Memory { .. } => EXIT_MACHINE,
             Self::Missed { .. } => EXIT_MISSED,
         }
     }
@@ -164,6 +179,7 @@ mod tests {
             (Error::Parameter { option: "--clips", found: "f".into(), allowed: "a".into() }, 2),
             (Error::Output { path, source: io() }, 3),
             (Error::Machine { what: "w".into(), remedy: "r" }, 5),
+            (Error::Lost { adapter: "a".into(), frames: 1, why: "w".into() }, 5),
             (Error::Memory { limit_bytes: 1, budget: 2, budget_in: "vertices", table: String::new() }, 5),
             (Error::Missed { missed: 1, of: 2 }, 4),
         ];

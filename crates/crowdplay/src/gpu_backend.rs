@@ -9,7 +9,9 @@ use crate::scenery::Scenery;
 use crate::schedules::Schedules;
 use crate::simulation::Simulation;
 use crate::{Error, Result};
-use crowd_stages::gpu::{CrowdRenderer, RendererOptions, SkinningChoice, buffer_or_error, texture_or_error};
+use crowd_stages::gpu::{
+    CrowdRenderer, RendererOptions, SkinningChoice, buffer_or_error, poll_device, texture_or_error,
+};
 use crowd_stages::{BudgetIn, DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Technique};
 use std::time::Instant;
 
@@ -95,14 +97,20 @@ impl GpuBackend {
     /// Draws a frame and waits until it is done.
     pub fn draw(&mut self, config: &FrameConfig, options: DrawOptions) -> Result<FrameTotals> {
         let Self { gpu, renderer, canvas, .. } = self;
+        gpu.loss.expect_none()?;
         let start = Instant::now();
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
         let size = (canvas.size[0], canvas.size[1]);
         renderer.encode(&gpu.device, &gpu.queue, &mut encoder, &canvas.view, size, config, options)?;
         gpu.queue.submit([encoder.finish()]);
         self.cpu_ms = start.elapsed().as_secs_f32() * 1e3;
+        // Where the queue did not take it, there is nothing to wait for.
+        gpu.loss.expect_none()?;
         wait(&gpu.device)?;
-        Ok(renderer.totals(&gpu.device, true).unwrap_or_default())
+        let totals = renderer.totals(&gpu.device, true).unwrap_or_default();
+        gpu.loss.expect_none()?;
+        gpu.loss.count_frame();
+        Ok(totals)
     }
 
     /// Draws until it is settled where vertices are worked out; at once where that was asked for by name.
@@ -276,10 +284,7 @@ pub fn check_size(device: &wgpu::Device, size: [u32; 2], samples: u32) -> Result
 
 /// Waits for everything submitted.
 pub fn wait(device: &wgpu::Device) -> Result<()> {
-    device.poll(wgpu::PollType::wait_indefinitely()).map(|_| ()).map_err(|e| Error::Machine {
-        what: format!("the GPU stopped: {e}"),
-        remedy: "try fewer instances, or --backend cpu",
-    })
+    Ok(poll_device(device, wgpu::PollType::wait_indefinitely())?)
 }
 
 /// Bytes of a canvas of so many pixels: of the texture, and of the buffer that its pixels are read back through.

@@ -1,6 +1,7 @@
 //! Finding an adapter and opening a device.
 
 use crate::cli::BackendWord;
+use crate::loss::Loss;
 use crate::plan::MachinePlan;
 use crate::stats::Adapter;
 use crate::{Error, Result};
@@ -16,6 +17,17 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// The adapter, described.
     pub info: wgpu::AdapterInfo,
+    /// Whether the device is lost.
+    pub loss: Loss,
+}
+
+/// What is left of a lost device is not put away: drivers and wgpu expect it to be idle then, and panic.
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        if self.loss.is_lost() {
+            std::mem::forget((self.device.clone(), self.queue.clone()));
+        }
+    }
 }
 
 impl Gpu {
@@ -117,5 +129,6 @@ pub fn open(instance: &wgpu::Instance, plan: &MachinePlan, surface: Option<&wgpu
     });
     let (device, queue) = pollster::block_on(request)
         .map_err(|e| Error::Machine { what: format!("{}: no device: {e}", info.name), remedy: REMEDY })?;
-    Ok(Gpu { adapter, device, queue, info })
+    let loss = Loss::watch(&device, format!("{} ({:?})", info.name, info.backend));
+    Ok(Gpu { adapter, device, queue, info, loss })
 }

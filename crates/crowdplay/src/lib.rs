@@ -17,6 +17,7 @@ pub mod governor;
 pub mod gpu_backend;
 pub mod gpu_device;
 pub mod headless;
+pub mod loss;
 pub mod memory;
 pub mod moving;
 pub mod output_paths;
@@ -40,6 +41,7 @@ pub use error::{Error, Result};
 use clap::{CommandFactory, Parser};
 use std::ffi::OsString;
 use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 /// What the player says besides its data: to standard error, or to nobody with `--quiet`.
 pub struct Talk<'a> {
@@ -75,9 +77,9 @@ pub fn run(
         _ => cli::Args::try_parse_from(words).map(|args| Asked::Play(Box::new(args))),
     };
     let outcome = match asked {
-        Ok(Asked::Play(args)) => follow(&args, stdout, stderr),
+        Ok(Asked::Play(args)) => unless_lost(|| follow(&args, stdout, stderr)),
         Ok(Asked::Bench(asked)) => {
-            (*asked).and_then(|asked| bench::run(&asked, stdout, &mut Talk::new(stderr, asked.quiet)))
+            unless_lost(|| (*asked).and_then(|asked| bench::run(&asked, stdout, &mut Talk::new(stderr, asked.quiet))))
         }
         Err(words) => {
             // Help and version are data; a broken pipe is success.
@@ -103,6 +105,16 @@ fn bound_threads() {
     if asked.is_some_and(|threads| threads > MOST_THREADS) {
         // Whoever made the pool before us chose its size.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(MOST_THREADS).build_global();
+    }
+}
+
+/// Says of whatever comes of a lost device that it is lost, also of a panic: wgpu has some of its own for that.
+fn unless_lost(work: impl FnOnce() -> Result<()>) -> Result<()> {
+    loss::forget();
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(error)) => Err(loss::latest().unwrap_or(error)),
+        Err(panic) => Err(loss::latest().unwrap_or_else(|| resume_unwind(panic))),
     }
 }
 

@@ -142,8 +142,15 @@ impl Screen {
         output: egui::FullOutput,
         scene: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::TextureView) -> Result<()>,
     ) -> Result<bool> {
+        gpu.loss.expect_none()?;
         let frame = self.next_texture(&gpu.device);
-        self.paint(gpu, output, frame.as_ref().map(|frame| &frame.texture), scene)?;
+        let painted = self.paint(gpu, output, frame.as_ref().map(|frame| &frame.texture), scene);
+        if let Err(lost) = gpu.loss.expect_none() {
+            // Given back, it would be waited for.
+            std::mem::forget(frame);
+            return Err(lost);
+        }
+        painted?;
         let Some(frame) = frame else { return Ok(false) };
         self.window.pre_present_notify();
         gpu.queue.present(frame);

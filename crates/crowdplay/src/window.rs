@@ -7,6 +7,7 @@ mod upkeep;
 
 use crate::crowd::Crowd;
 use crate::headless::write_recording;
+use crate::loss;
 use crate::plan::{Plan, WindowPlan};
 use crate::stats::Report;
 use crate::view::Viewer;
@@ -38,7 +39,12 @@ pub fn show(plan: &Plan, shown: &WindowPlan, crowd: Crowd, talk: &mut Talk<'_>) 
     event_loop.set_control_flow(ControlFlow::Poll);
     let screenshot = shown.screenshot.as_deref();
     let mut app = App { plan, shown, crowd, viewer, talk, running: None, screenshot, failure: None };
-    event_loop.run_app(&mut app).map_err(no_window)?;
+    let ran = event_loop.run_app(&mut app).map_err(no_window);
+    if loss::latest().is_some() {
+        // wgpu panics where the surface of a lost device is put away.
+        std::mem::forget(app.running.take());
+    }
+    ran?;
     if let Some(error) = app.failure {
         return Err(error);
     }

@@ -166,7 +166,7 @@ impl GpuFlock {
     /// The instances as they are now; waits for them.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] when there is no room for the copy or the device is lost.
+    /// [`Error::OutOfMemory`] when there is no room for the copy, [`Error::DeviceLost`] when the device is lost.
     pub fn read_instances(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<Vec<InstanceRecord>> {
         let encoder = device.create_command_encoder(&Default::default());
         super::read_back::read_now(device, queue, encoder, &self.instances, self.config.boid_count as usize)

@@ -1,10 +1,13 @@
 //! Totals and timestamps on their way back, a few frames late, without stopping anyone.
 
 use super::allocate::buffer_or_error;
+use super::poll_device::poll_device;
+use super::stage_recorder::{Bounds, Stamps};
 use crate::{Error, FrameTotals, Result};
 use std::mem::size_of;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
+use std::time::Duration;
 
 const TOTALS_BYTES: u64 = size_of::<FrameTotals>() as u64;
 /// Draws of a frame that are counted.
@@ -29,9 +32,9 @@ struct Slot {
     draws: u32,
 }
 
-/// Time stamps at the start of each stage, and one at the end of the last.
+/// Time stamps between stages.
 pub(crate) struct StageClock {
-    pub(crate) queries: wgpu::QuerySet,
+    pub(crate) stamps: Stamps,
     resolved: wgpu::Buffer,
     nanoseconds_per_tick: f32,
 }
@@ -42,15 +45,15 @@ impl StageClock {
         if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
             return None;
         }
-        let count = max_stages + 1;
+        let bounds = Bounds::of(device);
+        let count = bounds.stamp_count(max_stages);
+        let label = Some("stage clock");
+        let queries =
+            device.create_query_set(&wgpu::QuerySetDescriptor { label, ty: wgpu::QueryType::Timestamp, count });
         Some(Self {
-            queries: device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("stage clock"),
-                ty: wgpu::QueryType::Timestamp,
-                count,
-            }),
+            stamps: Stamps { queries, bounds },
             resolved: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("stage clock"),
+                label,
                 size: u64::from(count) * 8,
                 usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
@@ -128,7 +131,7 @@ pub(crate) struct ReadBack {
 impl ReadBack {
     /// Records the copies of a frame; they are mapped when the encoder is submitted.
     ///
-    /// `stages`: names in the order of the time stamps, one fewer than there are stamps. `draws`: how many had their runs counted.
+    /// `stages`: names in the order of the time stamps. `draws`: how many had their runs counted.
     pub(crate) fn record(
         &mut self,
         device: &wgpu::Device,
@@ -143,8 +146,8 @@ impl ReadBack {
         let clock = meters.clock.as_ref();
         encoder.copy_buffer_to_buffer(totals, 0, &slot.buffer, 0, TOTALS_BYTES);
         if let Some(clock) = clock {
-            let stamps = stages.len() as u32 + 1;
-            encoder.resolve_query_set(&clock.queries, 0..stamps, &clock.resolved, 0);
+            let stamps = clock.stamps.bounds.stamp_count(stages.len() as u32);
+            encoder.resolve_query_set(&clock.stamps.queries, 0..stamps, &clock.resolved, 0);
             encoder.copy_buffer_to_buffer(&clock.resolved, 0, &slot.buffer, TOTALS_BYTES, u64::from(stamps) * 8);
         }
         if let Some(runs) = &meters.runs {
@@ -216,7 +219,9 @@ impl ReadBack {
                 let known = slot.known_totals.map(|known| FrameTotals { refused_count: read.refused_count, ..known });
                 self.arrived.totals = Some(known.unwrap_or(read));
                 let tick_ms = meters.clock.as_ref().map_or(0.0, |clock| f64::from(clock.nanoseconds_per_tick) * 1e-6);
-                self.arrived.timings_ms = spans(&slot.stages, stamps, tick_ms);
+                let stamps: Vec<u64> = stamps.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
+                let bounds = meters.clock.as_ref().map_or(Bounds::Starts, |clock| clock.stamps.bounds);
+                self.arrived.timings_ms = spans(&slot.stages, &bounds.pick(&stamps), tick_ms);
                 let counted = runs.chunks_exact(8).take(slot.draws as usize).map(bytemuck::pod_read_unaligned::<u64>);
                 self.arrived.vertex_runs = meters.runs.as_ref().map(|_| counted.sum());
             }
@@ -230,7 +235,7 @@ impl ReadBack {
 /// The first `count` elements of a buffer after `encoder` is done. Waits.
 ///
 /// # Errors
-/// [`Error::OutOfMemory`] when there is no room for the copy or the device is lost.
+/// [`Error::OutOfMemory`] when there is no room for the copy, [`Error::DeviceLost`] when the device is lost.
 pub(crate) fn read_now<T: bytemuck::Pod>(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -257,17 +262,17 @@ pub(crate) fn read_now<T: bytemuck::Pod>(
     back.map_async(wgpu::MapMode::Read, .., move |result| {
         let _ = sender.send(result.is_ok());
     });
-    let lost = || Error::OutOfMemory { what, bytes: size, remedy };
-    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|_| lost())?;
-    match mapped.recv() {
+    poll_device(device, wgpu::PollType::wait_indefinitely())?;
+    let lost = || Error::DeviceLost(format!("{what} do not come back"));
+    // Another thread that polls the same device may still be about to tell us; of a lost one nobody tells anything.
+    match mapped.recv_timeout(Duration::from_secs(10)) {
         Ok(true) => Ok(bytemuck::pod_collect_to_vec(&back.get_mapped_range(..).map_err(|_| lost())?)),
         _ => Err(lost()),
     }
 }
 
 /// Milliseconds from each stamp to the next; of stages that ran twice, both together in the place of the first.
-fn spans(stages: &[&'static str], stamps: &[u8], tick_ms: f64) -> Vec<(&'static str, f32)> {
-    let ticks: Vec<u64> = stamps.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect();
+fn spans(stages: &[&'static str], ticks: &[u64], tick_ms: f64) -> Vec<(&'static str, f32)> {
     let mut spans: Vec<(&'static str, f32)> = Vec::new();
     for (name, pair) in stages.iter().zip(ticks.windows(2)) {
         let ms = (pair[1].saturating_sub(pair[0]) as f64 * tick_ms) as f32;
@@ -285,8 +290,7 @@ mod tests {
 
     #[test]
     fn a_stage_that_runs_twice_is_told_once() {
-        let stamps: Vec<u8> = [10u64, 30, 60, 65, 75].iter().flat_map(|tick| tick.to_le_bytes()).collect();
-        let found = spans(&["sort", "draw", "sort", "draw"], &stamps, 1.0);
+        let found = spans(&["sort", "draw", "sort", "draw"], &[10, 30, 60, 65, 75], 1.0);
         assert_eq!(found, [("sort", 25.0), ("draw", 40.0)]);
     }
 }

@@ -456,7 +456,7 @@ impl CrowdRenderer {
             full_detail_totals: &self.full_detail_totals,
         };
         let Meters { clock, runs } = &self.meters;
-        let mut recorder = StageRecorder::new(encoder, clock.as_ref().map(|clock| clock.queries.clone()));
+        let mut recorder = StageRecorder::new(encoder, clock.as_ref().map(|clock| clock.stamps.clone()));
         if let Some(feed) = &self.feed {
             feed.record(&mut recorder, &self.frame);
         }

@@ -249,10 +249,10 @@ impl Shadows {
                     depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Store }),
                     stencil_ops: None,
                 }),
-                timestamp_writes: stamps.as_ref().map(|(query_set, start, _)| wgpu::RenderPassTimestampWrites {
+                timestamp_writes: stamps.as_ref().map(|(query_set, start, end)| wgpu::RenderPassTimestampWrites {
                     query_set,
                     beginning_of_pass_write_index: Some(*start),
-                    end_of_pass_write_index: None,
+                    end_of_pass_write_index: *end,
                 }),
                 ..Default::default()
             });

@@ -337,6 +337,9 @@ impl Running {
             }
             Ok(())
         })?;
+        if drawn {
+            gpu.loss.count_frame();
+        }
         if let Painter::Gpu(renderer) = painter
             && drawn
         {

@@ -1,5 +1,6 @@
 //! What a renderer knows of frames that are done: totals, times, buffers for tests.
 
+use super::super::poll_device::poll_device;
 use super::super::read_back;
 use super::super::skinning_trial::SkinningChoice;
 use super::CrowdRenderer;
@@ -34,20 +35,21 @@ impl CrowdRenderer {
     ///
     /// A frame that was recorded but never submitted is waited for a second, no longer.
     pub fn totals(&mut self, device: &wgpu::Device, wait: bool) -> Option<FrameTotals> {
-        let poll = || if wait { wgpu::PollType::wait_indefinitely() } else { wgpu::PollType::Poll };
-        // An error means a lost device: nothing new will arrive, and the engine hears of it in its own calls.
-        let mut is_alive = device.poll(poll()).is_ok();
+        let poll_type = || if wait { wgpu::PollType::wait_indefinitely() } else { wgpu::PollType::Poll };
+        // An error means a lost device: nothing new will arrive, and the engine hears of it by its `set_device_lost_callback`.
+        let poll = || poll_device(device, poll_type()).is_ok();
+        let mut is_alive = poll();
         // The work is done, but where another thread polls the same device, it may still be about to tell us.
         let patience = Instant::now() + Duration::from_secs(1);
         while wait && is_alive && self.read_back.is_under_way() && Instant::now() < patience {
             std::thread::sleep(Duration::from_micros(50));
-            is_alive = device.poll(poll()).is_ok();
+            is_alive = poll();
         }
         self.read_back.collect(&self.meters).totals
     }
 
-    /// GPU milliseconds per stage of the newest finished frame, where timestamps are offered. Measured from start to
-    /// next start (end stamps of a pass come early on some drivers).
+    /// GPU milliseconds per stage of the newest finished frame, where timestamps are offered. Measured from start to next start, on software Vulkan
+    /// from end to end; so the waiting between two passes counts, too.
     pub fn timings_ms(&mut self) -> Vec<(&'static str, f32)> {
         self.read_back.collect(&self.meters).timings_ms.clone()
     }

@@ -1,0 +1,53 @@
+//! A stage's time stands under its own name: it grows with the stage's work, and with that of no other.
+
+use crate::cases::case;
+use crate::whole_chain::{OPTIONS, draw, renderer};
+use crowd_stages::gpu::CrowdRenderer;
+use crowd_stages::{FrameConfig, Technique, Weight};
+use crowd_tests::gpu::{self, Picture};
+use crowd_tests::synthetic;
+use glam::Vec3;
+use std::collections::BTreeMap;
+
+/// Each stage's least time in five frames, milliseconds: whoever else uses the machine makes it longer, nobody shorter.
+fn least_ms(renderer: &mut CrowdRenderer, config: &FrameConfig) -> BTreeMap<&'static str, f32> {
+    let picture = Picture::new((64, 36));
+    let mut least = BTreeMap::new();
+    for _ in 0..5 {
+        draw(renderer, &picture, config, Technique::Reform);
+        for (name, ms) in renderer.timings_ms() {
+            let known = least.entry(name).or_insert(ms);
+            *known = ms.min(*known);
+        }
+    }
+    least
+}
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn a_stages_time_grows_with_its_own_work() {
+    if !gpu::device().0.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+        println!("not tested: this adapter has no time stamps");
+        return;
+    }
+    let many = case(1000, 30, Weight::Area);
+    let mut crowd = renderer(OPTIONS, &many.instances);
+    let fine = FrameConfig { budget: u32::MAX, ..many.config };
+    let up = synthetic::view(Vec3::new(0.0, 900.0, 0.0), Vec3::new(1.0, 2000.0, 0.0), u32::MAX, Weight::Area, 36);
+    let nobody = FrameConfig { instance_count: fine.instance_count, ..FrameConfig::from_camera(&up) };
+    let [fine, nobody] = [fine, nobody].map(|config| least_ms(&mut crowd, &config));
+    println!("at full detail: {fine:?}; nobody seen: {nobody:?}");
+    // Filling in triangles takes many times as long as what comes before and after it; without triangles it takes no time.
+    let reform_ms = fine["reform_triangles"];
+    assert!(reform_ms > 5.0 * nobody["reform_triangles"], "{fine:?} {nobody:?}");
+    assert!(reform_ms > 3.0 * fine["write_draw_args"] && reform_ms > 3.0 * fine["place_vertices"], "{fine:?}");
+
+    // The first stage has a time, too.
+    let few = case(64, 30, Weight::Area);
+    let mut handful = renderer(OPTIONS, &few.instances);
+    let all = case(70_000, 1, Weight::Area);
+    let mut masses = renderer(OPTIONS, &all.instances);
+    let [few, all] = [least_ms(&mut handful, &few.config), least_ms(&mut masses, &all.config)];
+    println!("more by count: {all:?} and {few:?}");
+    assert!(all["cull_instances"] > 3.0 * few["cull_instances"], "{all:?} {few:?}");
+}
