@@ -5,6 +5,10 @@ use crowd_pack::Pack;
 use crowd_source::{Limits, load_character};
 use serde_json::{Value, json};
 
+/// The material of the fixture that has texture coordinates.
+const TEXTURED: usize = 1;
+const NAME: &str = "chequered";
+
 /// The JSON and the binary chunk of a `.glb`.
 fn split(glb: &[u8]) -> (Value, Vec<u8>) {
     let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
@@ -59,7 +63,7 @@ fn finished(change: impl Fn(&mut Value)) -> Vec<u8> {
         textures.push(push(&mut document["textures"], json!({ "source": image, "sampler": sampler })));
     }
     let index = |at: usize| json!({ "index": textures[at] });
-    let material = &mut document["materials"][0];
+    let material = &mut document["materials"][TEXTURED];
     material["emissiveFactor"] = json!([1.0, 0.5, 0.25]);
     material["emissiveTexture"] = index(0);
     material["normalTexture"] = json!({ "index": textures[1], "scale": 0.5 });
@@ -142,7 +146,10 @@ fn all_that_a_material_has_comes_through() {
     for name in ["glow", "bumps", "rough", "shade", "gloss", "tint"] {
         assert_eq!(bytes_of(&source, &source_bin, name), bytes_of(&out, &bin, name), "{name}");
     }
-    let first = |file: &str| load_character(&bench.path(file), &Limits::default()).unwrap().materials[0].finish.clone();
+    let first = |file: &str| {
+        let raw = load_character(&bench.path(file), &Limits::default()).unwrap();
+        raw.materials.iter().find(|material| material.name == NAME).unwrap().finish.clone()
+    };
     assert_eq!(first("lamp.glb").normal.map(|(_, scale)| scale), Some(0.5));
     assert_eq!(first("packed.glb").emissive, first("lamp.glb").emissive);
 }
@@ -175,7 +182,7 @@ fn light_of_its_own_is_in_what_is_shown_and_not_in_the_export() {
     bench.write(
         "lamp.glb",
         finished(|document| {
-            let material = &mut document["materials"][0];
+            let material = &mut document["materials"][TEXTURED];
             material["pbrMetallicRoughness"]["baseColorFactor"] = json!([0.0, 0.0, 0.0, 1.0]);
             material["emissiveFactor"] = json!([0.0, 1.0, 0.0]);
         }),
@@ -183,14 +190,15 @@ fn light_of_its_own_is_in_what_is_shown_and_not_in_the_export() {
     bench.run(&["bake", "@lamp.glb", "-o", "@lamp.crowdpack"]).expect(0);
     let pack = Pack::open(&bench.path("lamp.crowdpack")).unwrap();
     let contents = pack.contents();
-    let material = contents.materials[0];
+    let place = contents.manifest.characters[0].materials.iter().position(|name| name == NAME).unwrap();
+    let material = contents.materials[place];
     let image = contents.images[material.image as usize];
     let bytes = &contents.image_bytes[image.byte_offset as usize..][..image.byte_count as usize];
     let shown = crowd_raster::decode_picture(bytes).unwrap();
     assert!(shown.color.iter().all(|texel| texel[..3] == [0, 255, 0]), "{:?}", shown.color);
-    let finish = &contents.finishes.materials[0];
+    let finish = &contents.finishes.materials[place];
     assert_eq!(finish.base.as_ref().map(|base| base.color), Some([0.0, 0.0, 0.0, 1.0]));
-    assert_eq!(contents.finishes.materials[1].base, None);
+    assert_eq!(contents.finishes.materials[1 - place].base, None);
 }
 
 #[test]
@@ -199,7 +207,7 @@ fn what_is_left_out_is_named_and_counts_when_strict() {
     bench.write(
         "lamp.glb",
         finished(|document| {
-            let material = &mut document["materials"][0];
+            let material = &mut document["materials"][TEXTURED];
             material["occlusionTexture"]["texCoord"] = json!(1);
             material["normalTexture"]["extensions"] = json!({ "KHR_texture_transform": { "scale": [2.0, 2.0] } });
             material["extensions"]["KHR_materials_clearcoat"] = json!({ "clearcoatFactor": 1.0 });
@@ -208,7 +216,7 @@ fn what_is_left_out_is_named_and_counts_when_strict() {
             let image = document["images"].as_array().unwrap().len() - 1;
             document["textures"].as_array_mut().unwrap().push(json!({ "source": image, "sampler": 0 }));
             let texture = document["textures"].as_array().unwrap().len() - 1;
-            document["materials"][0]["emissiveTexture"]["index"] = json!(texture);
+            document["materials"][TEXTURED]["emissiveTexture"]["index"] = json!(texture);
         }),
     );
     let left_out = [
@@ -222,7 +230,7 @@ fn what_is_left_out_is_named_and_counts_when_strict() {
     bench.run(&["bake", "@lamp.glb", "-o", "@strict.crowdpack", "--strict"]).expect(1).says(&left_out);
     bench.run(&["export", "@lamp.crowdpack", "--ratio", "1", "-o", "@out.glb"]).expect(0).says(&left_out);
     let (out, _) = split(&bench.read("out.glb"));
-    let material = &out["materials"][0];
+    let material = out["materials"].as_array().unwrap().iter().find(|material| material["name"] == NAME).unwrap();
     for gone in ["occlusionTexture", "normalTexture", "emissiveTexture", "emissiveFactor"] {
         assert!(material[gone].is_null(), "{gone}: {material}");
     }
