@@ -86,10 +86,10 @@ fn the_coarsest_level_within_a_distance_lies_between_quantised_ones() {
 fn levels_that_come_out_equal_are_stored_once_and_named() {
     let bench = Bench::with(&[TUBE]);
     let input = format!("@{TUBE}");
-    let words = ["bake", &input, "-o", "@out.crowdpack", "--lod-ratio", "50%,0.5", "--error", "0.000001mm,100%"];
+    let words = ["bake", &input, "-o", "@out.crowdpack", "--lod-ratio", "50%,0.5", "--error", "0.00001mm,100%"];
     bench.run(&[&words[..], &["--report", "@bake.json"]].concat()).expect(0).says(&[
         "level-repeated: 50%: the level `50% of the triangles` comes out as lod1 (50% of the triangles)",
-        "no level of the order is `every point within 0.000001mm` but full detail",
+        "no level of the order is `every point within 0.00001mm` but full detail",
     ]);
     let character = &bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json()["characters"][0];
     assert_eq!(character["discrete"].as_array().unwrap().len(), 2);
