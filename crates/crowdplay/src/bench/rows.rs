@@ -255,6 +255,7 @@ impl BenchReport {
         for (row, steps) in self.rows.iter().filter_map(|row| Some((row, row.level_steps?))) {
             let _ = write!(out, "\n{} instances, levels of {}: {}.\n", row.count, row.technique, steps.words());
         }
+        out.push_str(&self.linearity());
         if !self.conditions.is_empty() {
             out.push_str("\n| condition | instances | N | found | holds |\n|---|---|---|---|---|\n");
         }
@@ -267,6 +268,26 @@ impl BenchReport {
         }
         for warning in &self.warnings {
             let _ = write!(out, "\n{warning}\n");
+        }
+        out
+    }
+
+    /// Where nothing but reformation was measured, at several sizes: how its time grows with the triangles (Peng 2011, Table 2).
+    fn linearity(&self) -> String {
+        let stage = "reform_triangles";
+        let times: Vec<(&Row, f32)> =
+            self.rows.iter().filter_map(|row| Some((row, row.stages_ms.get(stage)?.median))).collect();
+        let [(first, first_ms), _, ..] = times[..] else { return String::new() };
+        if times.len() < self.rows.len() || self.rows.iter().any(|row| row.technique != first.technique) {
+            return String::new();
+        }
+        let mut out = String::from("\nReformation alone, and its ratios to the first row:\n\n");
+        out.push_str("| instances | triangles | reformation ms | triangles, ratio | reformation, ratio |\n|---|---|---|---|---|\n");
+        for (row, ms) in &times {
+            let triangles = row.triangles as f32 / first.triangles.max(1) as f32;
+            let ratio = (first_ms > 0.0).then(|| ms / first_ms);
+            let (count, drawn, ratio) = (row.count, row.triangles, number(ratio, 2));
+            let _ = writeln!(out, "| {count} | {drawn} | {ms:.3} | {triangles:.2} | {ratio} |");
         }
         out
     }
@@ -397,6 +418,23 @@ mod tests {
         let columns: Vec<usize> =
             page.lines().filter(|line| line.starts_with("| ")).take(3).map(|line| line.matches('|').count()).collect();
         assert_eq!(columns, [21; 3], "{page}");
+    }
+
+    #[test]
+    fn growth_of_reformation_is_told_where_nothing_else_was_measured() {
+        let mut report = report();
+        let row = |count, ms| Row {
+            count,
+            technique: "reform".to_owned(),
+            triangles: count * 300,
+            stages_ms: BTreeMap::from([("reform_triangles", Spread::of(vec![ms]))]),
+            ..Row::default()
+        };
+        report.rows = vec![row(2048, 0.95), row(4096, 1.9)];
+        let page = report.to_markdown("crowdplay bench x");
+        assert!(page.contains("| 4096 | 1228800 | 1.900 | 2.00 | 2.00 |"), "{page}");
+        report.rows[1].technique = "bucketed".to_owned();
+        assert!(!report.to_markdown("crowdplay bench x").contains("Reformation alone"));
     }
 
     #[test]
