@@ -65,6 +65,9 @@ fn reserve(@builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
         tally = SightTally(mins[0], counts[0]);
         first_config = config;
-        first_config.budget = config.budget - min(mins[0], config.budget / RESERVE_PART);
+        let kept = min(mins[0], config.budget / RESERVE_PART);
+        first_config.budget = config.budget - kept;
+        // What is kept is part of what may be left.
+        first_config.slack = config.slack - min(config.slack, kept);
     }
 }

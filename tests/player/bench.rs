@@ -104,3 +104,20 @@ fn words_that_make_no_sense_are_usage_errors() {
     let help = String::from_utf8(ran.stdout).unwrap();
     assert!(help.contains("--assert") && help.contains("lod_share") && !help.contains("--headless"), "{help}");
 }
+
+/// Its own, also where those drawn after it fade or are skinned elsewhere.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: needs an adapter")]
+fn what_is_said_of_a_contenders_skinning_is_what_its_row_says() {
+    let scene = Scene::new();
+    for ab in ["bucketed,bucketed+vertex+fades", "bucketed+fades,bucketed+vertex"] {
+        let ran = bench(&scene, &["--ab", ab, "--count", "9", "--json", "-"]);
+        assert_eq!(ran.code, 0, "{}", ran.stderr);
+        let report: Value = serde_json::from_slice(&ran.stdout).expect("standard output is the report");
+        let row = &report["rows"][0];
+        let (name, way) = (row["technique"].as_str().unwrap(), row["skinning"].as_str().unwrap());
+        let said = ran.stderr.lines().find_map(|line| line.split_once(&format!("{name}: skinning: ")));
+        let (_, words) = said.unwrap_or_else(|| panic!("nothing is said of {name}: {}", ran.stderr));
+        assert!(words.starts_with(way), "{way}: {words}");
+    }
+}

@@ -42,7 +42,7 @@ fn each_view_shows_something_else() {
 #[test]
 fn the_reference_camera_shows_the_culled_in_the_corner_and_changes_nothing_else() {
     let scene = Scene::new();
-    for technique in ["bucketed", "reform", "instanced"] {
+    for technique in ["bucketed", "reform", "instanced", "points"] {
         let plain = picture(&scene, &["--technique", technique]);
         let with = picture(&scene, &["--technique", technique, "--reference-camera"]);
         let is_corner = |x: u32, y: u32| x >= 384 * 2 / 3 - 12 && y >= 216 * 2 / 3 - 12;

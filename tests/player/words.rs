@@ -67,6 +67,37 @@ fn wrong_words_are_usage_errors() {
 }
 
 #[test]
+fn words_that_nothing_would_heed_are_refused_with_those_that_would() {
+    let scene = Scene::new();
+    let table: &[(&[&str], &str)] = &[
+        (&["--max-px", "2"], "--lod-metric error"),
+        (&["--technique", "b0", "--budget", "900"], "reform, static-floor, bucketed"),
+        (&["--technique", "discrete", "--target-ms", "9"], "reform, static-floor, bucketed"),
+        (&["--technique", "instanced", "--fit", "eq1"], "reform, static-floor, bucketed"),
+        (&["--technique", "points", "--steady", "1"], "reform, static-floor, bucketed"),
+        (&["--technique", "discrete", "--reference-camera"], "instanced, reform, static-floor, points or bucketed"),
+    ];
+    for (words, allowed) in table {
+        let ran = crowdplay(&[&[scene.pack().as_str(), "--headless"][..], words].concat());
+        assert_eq!(ran.code, 2, "{words:?}: {}", ran.stderr);
+        assert!(ran.stderr.contains("found") && ran.stderr.contains(allowed), "{words:?}: {}", ran.stderr);
+        assert!(words.iter().any(|word| ran.stderr.contains(&format!("error: {word}: "))), "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn a_result_names_a_budget_where_there_is_one_and_errors_come_before_remarks() {
+    let scene = Scene::new();
+    let small = ["--backend", "cpu", "--count", "4", "--size", "32x18"];
+    let said = scene.render(&small).stderr;
+    assert!(said.contains(", budget ") && said.contains(" vertices\n"), "{said}");
+    let said = scene.render(&[&small[..], &["--technique", "b0"]].concat()).stderr;
+    assert!(said.contains(" visible; ") && !said.contains("budget"), "{said}");
+    let lost = crowdplay(&[&scene.pack(), "--headless", "--camera-path", &scene.path("none.txt")]);
+    assert_eq!((lost.code, lost.stderr.lines().count()), (1, 1), "{}", lost.stderr);
+}
+
+#[test]
 fn unknown_names_are_answered_with_the_known_ones() {
     let scene = Scene::new();
     let ran = crowdplay(&[&scene.pack(), "--headless", "--characters", "Nobody"]);

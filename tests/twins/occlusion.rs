@@ -341,14 +341,17 @@ fn the_budget_holds_and_hidden_people_take_next_to_nothing_from_it() {
     renderer.set_instances(&gpu::device().1, &street.instances).expect("valid");
     let picture = Picture::new((WIDTH, HEIGHT));
     let budget = 40_000;
-    let mut last = Default::default();
-    for frame in [0, 0, 1, 1, 2] {
-        let config = FrameConfig { budget, ..street.config(frame) };
-        last = draw(&mut renderer, &picture, &config, ON);
-        assert!(last.vertex_count <= budget && last.overflow == 0, "frame {frame}: {last:?}");
+    // What is kept for newcomers and what may be left so that levels keep still come out of one hundredth.
+    for slack in [0, budget / 1000 * 9] {
+        let mut last = Default::default();
+        for frame in [0, 0, 1, 1, 2, 2] {
+            let config = FrameConfig { budget, slack, ..street.config(frame) };
+            last = draw(&mut renderer, &picture, &config, ON);
+            assert!(last.vertex_count <= budget && last.overflow == 0, "frame {frame}: {last:?}");
+        }
+        assert!(last.vertex_count >= budget - budget / 100, "slack {slack}: {last:?}");
+        assert!(last.occluded_count > last.visible_count, "{last:?}");
     }
-    assert!(last.vertex_count > budget - budget / 50, "{last:?}");
-    assert!(last.occluded_count > last.visible_count, "{last:?}");
 }
 
 /// The twins on a first phase of every other one, with depth from the rasteriser.

@@ -46,7 +46,8 @@ fn difference(gpu: &Recalled, cpu: &Recalled) -> Option<String> {
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn the_recall_agrees_for_all_sizes() {
-    for case in cases().chain(cases().map(impostored)) {
+    for mut case in cases().chain(cases().map(impostored)) {
+        case.config.slack = case.config.budget / 100;
         let culled = cpu::cull_instances(case.data, &case.instances, &case.config);
         let seen = memory(&case, case.count());
         let expected = on_cpu(&case, &seen, &culled);
@@ -70,7 +71,15 @@ fn who_waits_keeps_the_weight_and_a_small_reserve_is_made() {
     let waiting = after.iter().zip(&culled).filter(|(a, b)| a.visible != b.visible).count() as u32;
     assert!(waiting > 100 && tally.hidden_count == waiting);
     assert!(after.iter().zip(&culled).all(|(a, b)| a.weight == b.weight));
-    assert_eq!(first.budget, case.config.budget - case.config.budget / 128);
+    let kept = case.config.budget / 128;
+    assert_eq!((first.budget, first.slack), (case.config.budget - kept, 0));
+    // It is part of what may be left over, not added to it.
+    for (slack, rest) in [(kept - 1, 0), (kept, 0), (kept + 7, 7)] {
+        let mut slackened = self::case(1000, 30, crowd_stages::Weight::Area);
+        slackened.config.slack = slack;
+        let (_, _, first) = on_cpu(&slackened, &memory(&slackened, 1000), &culled);
+        assert_eq!((first.budget, first.slack), (case.config.budget - kept, rest));
+    }
     // A changed word is a changed outcome: the comparison can fail.
     let mut seen = memory(&case, 1000);
     let i = culled.iter().position(|cull| cull.visible == 1).expect("some are in the frustum");

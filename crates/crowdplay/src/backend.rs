@@ -33,8 +33,7 @@ pub fn find_gpu(plan: &MachinePlan, talk: &mut Talk<'_>) -> Result<Option<Gpu>> 
     }
     match gpu_device::open_headless(plan) {
         Ok(gpu) => {
-            let software = if gpu.is_software() { ", software" } else { "" };
-            talk.say(&format!("adapter: {} ({:?}{software})", gpu.info.name, gpu.info.backend));
+            talk.say(&gpu.line());
             Ok(Some(gpu))
         }
         Err(error) if plan.backend == BackendWord::Auto && plan.adapter.is_none() => {
@@ -202,6 +201,14 @@ impl Backend {
         match self {
             Self::Gpu(gpu) => gpu.fit_memory(crowd, detail, limit_bytes, draws, budget).map(Some),
             Self::Cpu(_) => Ok(None),
+        }
+    }
+
+    /// See [`GpuBackend::room_remark`].
+    pub fn room_remark(&self) -> Option<&str> {
+        match self {
+            Self::Gpu(gpu) => gpu.room_remark(),
+            Self::Cpu(_) => None,
         }
     }
 

@@ -36,7 +36,7 @@ Examples:
   One picture without a window, and what it cost:
     crowdplay cast.crowdpack --headless --size 1280x720 --out crowd.png --report stats.json
 
-  The same picture on a machine without a GPU:
+  On a machine without a GPU (no dots, impostors or shadows; --budget says the same N):
     crowdplay cast.crowdpack --headless --backend cpu --out crowd.png
 
   Sixty pictures of a film, 1/30 s apart:
@@ -298,7 +298,7 @@ pub struct Args {
 
     /// In a corner of the picture, what a second camera sees that has all of the crowd and the first camera in view: who is drawn, at the
     /// levels chosen for the first one, who is culled as dots, and the edges of its frustum. Not with occlusion culling, nor the
-    /// techniques pseudo-instancing, discrete and points
+    /// techniques pseudo-instancing and discrete
     #[arg(long, help_heading = "Camera")]
     pub reference_camera: bool,
 

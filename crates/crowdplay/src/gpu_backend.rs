@@ -26,6 +26,8 @@ pub struct GpuBackend {
     has_reference: bool,
     /// What recording and submitting the newest frame took.
     cpu_ms: f32,
+    /// Why N is no larger, see [`Room::remark`].
+    room_remark: Option<String>,
 }
 
 impl GpuBackend {
@@ -47,7 +49,8 @@ impl GpuBackend {
         renderer.set_scenery(&gpu.device, &gpu.queue, vertices, triangles)?;
         let canvas = Canvas::new(&gpu.device, size, format)?;
         let simulation = Simulation::of(&gpu, &mut renderer, crowd)?;
-        Ok(Self { gpu, renderer, simulation, canvas, samples, has_reference: false, cpu_ms: 0.0 })
+        let (cpu_ms, room_remark) = (0.0, None);
+        Ok(Self { gpu, renderer, simulation, canvas, samples, has_reference: false, cpu_ms, room_remark })
     }
 
     /// Other instances than before, at most as many as the crowd had first.
@@ -194,7 +197,15 @@ impl GpuBackend {
             renderer.prepare_marks(&gpu.device, &gpu.queue)?;
         }
         let room = Room::new(limit_bytes, crowd, detail, draws, beside, (canvas.format, *samples));
-        room.fit(gpu, renderer, canvas.size, budget)
+        let found = room.fit(gpu, renderer, canvas.size, budget)?;
+        let is_searched = budget.is_none();
+        self.room_remark = is_searched.then(|| room.remark(gpu, renderer, canvas.size, found)).flatten();
+        Ok(found)
+    }
+
+    /// Why the largest budget that fits is no larger, where that is not for want of the memory allowed.
+    pub fn room_remark(&self) -> Option<&str> {
+        self.room_remark.as_deref()
     }
 
     /// Bytes of GPU memory by what they are for.

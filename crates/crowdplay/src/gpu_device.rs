@@ -36,6 +36,12 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
+    /// What draws, in a line.
+    pub fn line(&self) -> String {
+        let software = if self.is_software() { ", software" } else { "" };
+        format!("adapter: {} ({:?}{software})", self.info.name, self.info.backend)
+    }
+
     /// For the report.
     pub fn describe(&self) -> Adapter {
         describe(&self.info)

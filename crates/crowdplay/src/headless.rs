@@ -135,12 +135,16 @@ pub fn render(
         warnings.push(complaint);
     }
     write_recording(plan, recording.as_ref())?;
-    say_what_came_out(headless, crowd, &frames, &pictures, (budget, detail.budget_in), talk);
+    let spent = detail.draw.technique.has_budget().then_some((budget, detail.budget_in));
+    say_what_came_out(headless, crowd, &frames, &pictures, spent, talk);
     if headless.out.is_none() && plan.report.is_none() && plan.record_camera.is_none() {
         talk.say("nothing was written; --out picture.png or --report stats.json does");
     }
     if plan.machine.vram_bytes.is_some() && backend.word() == "gpu" {
         talk.say(&format!("GPU memory by part:{}", table(&backend.memory())));
+        if let Some(remark) = backend.room_remark() {
+            talk.say(remark);
+        }
     }
     let mut report = report(plan, &detail, crowd, budget, backend.word(), backend.describe());
     report.simulator = backend.simulator(crowd);
@@ -177,18 +181,18 @@ fn say_what_came_out(
     crowd: &Crowd,
     frames: &[Frame],
     pictures: &[String],
-    (budget, budget_in): (u32, BudgetIn),
+    budget: Option<(u32, BudgetIn)>,
     talk: &mut Talk<'_>,
 ) {
     let Some(last) = frames.last() else { return };
     talk.say(&format!(
-        "{} instances, {} visible; {} of {} triangles, {} vertices, budget {budget} {}",
+        "{} instances, {} visible; {} of {} triangles, {} vertices{}",
         crowd.instances.len(),
         last.visible,
         last.triangles,
         crowd.summary.triangles_full,
         last.vertices,
-        budget_in.name()
+        budget.map_or_else(String::new, |(budget, counts)| format!(", budget {budget} {}", counts.name()))
     ));
     let times = Timings::of(frames).frame_ms;
     let (frames, ends) = (headless.frames, if headless.frames == 1 { "" } else { "s" });

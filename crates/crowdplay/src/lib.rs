@@ -141,6 +141,8 @@ fn follow(args: &cli::Args, stdout: &mut dyn Write, stderr: &mut dyn Write) -> R
     }
     let aspect = plan.size[0] as f32 / plan.size[1] as f32;
     let mut crowd = crowd::gather(&crowd::open_pack(&plan.pack)?, &plan.crowd, aspect)?;
+    // Errors of files come before remarks on what is in them.
+    view::Viewer::open(&plan.camera, &crowd)?;
     for remark in &crowd.remarks {
         talk.say(remark);
     }

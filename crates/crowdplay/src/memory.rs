@@ -184,6 +184,18 @@ impl Room {
         Ok(found)
     }
 
+    /// Why N is no larger though memory is left, where it is so.
+    pub fn remark(&self, gpu: &Gpu, renderer: &CrowdRenderer, size: [u32; 2], found: u32) -> Option<String> {
+        let more = found.saturating_add(found / 100).saturating_add(1);
+        if more > self.needs.most() || !self.holds(gpu, renderer, size, more) {
+            return None;
+        }
+        let binding = gpu.device.limits().max_storage_buffer_binding_size / MEGABYTE;
+        let skins = self.foretell(gpu, renderer, size, found).skinning > 0;
+        let remedy = if skins { "; --skinning vertex needs no such buffer" } else { "" };
+        Some(format!("N is limited by the adapter's buffers of {binding} MiB, not by --vram{remedy}"))
+    }
+
     fn largest(&self, gpu: &Gpu, renderer: &CrowdRenderer, size: [u32; 2], least: u32) -> u32 {
         // Reformation writes whole lists of what it draws: beyond what the adapter binds people would be missing.
         let reforms = self.draws.iter().any(|draw| draw.technique == Technique::Reform);

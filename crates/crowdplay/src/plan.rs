@@ -14,7 +14,7 @@ use crate::memory::MEGABYTE;
 use crate::{Error, Result};
 use contradictions::{
     check_budget, check_impostors, check_occlusion, check_reference, check_sharing, check_simulator, check_skinning,
-    check_view, check_window,
+    check_unheeded, check_view, check_window,
 };
 use crowd_stages::{BudgetIn, DrawOptions, Fit, Levels, Technique, Weight};
 use std::path::{Path, PathBuf};
@@ -237,6 +237,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
     }
     check_window(args)?;
     check_budget(args)?;
+    check_unheeded(args)?;
     check_occlusion(args)?;
     check_skinning(args)?;
     check_simulator(args)?;

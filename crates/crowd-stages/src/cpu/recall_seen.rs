@@ -9,7 +9,8 @@ use crate::{CrowdData, CullRecord, FrameConfig, InstanceRecord, SightTally, sigh
 /// `seen`: the number of instances it is valid for, then a word of [`sight`] for each, as `test_occlusion` left it; of another
 /// number it says nothing, and everyone counts as seen. `culled`: one per instance; who waits is no longer visible but keeps
 /// its weight, which who is outside has not. Returns the tally and the frame's config with the budget lowered by what the
-/// waiting need at their coarsest, at most a `RESERVE_PART`th: so newcomers find room and the frame keeps its budget.
+/// waiting need at their coarsest, at most a `RESERVE_PART`th: so newcomers find room and the frame keeps its budget. Its slack is lowered by as much: both
+/// together leave no more over than the larger of the two.
 ///
 /// Paper: two-phase occlusion culling after Haar & Aaltonen 2015 ("GPU-driven rendering pipelines"); the budget's part is ours.
 /// Twin: `shaders/stages/recall_seen.wgsl`. Equal.
@@ -33,5 +34,7 @@ pub fn recall_seen(
         }
     }
     let kept = tally.hidden_min_count.min(config.budget / RESERVE_PART);
-    (tally, FrameConfig { budget: config.budget - kept, ..*config })
+    // What is kept is part of what may be left.
+    let slack = config.slack.saturating_sub(kept);
+    (tally, FrameConfig { budget: config.budget - kept, slack, ..*config })
 }

@@ -16,6 +16,7 @@ use crate::plan::{HeadlessPlan, Show};
 use crate::stats::{Frame, Spread, overflow_words, skinning_words};
 use crate::view::{Viewer, frame_config};
 use crate::{Error, Result, Talk};
+use crowd_stages::gpu::SkinningChoice;
 use crowd_stages::{DrawOptions, FrameConfig, FrameTotals, InstanceRecord, Skinning, Technique, overflow};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -98,7 +99,8 @@ struct Contender {
     runs: Vec<(u64, u32)>,
     poses: Option<u32>,
     overflow: u32,
-    skinning: &'static str,
+    /// Where its newest frame's vertices were worked out.
+    choice: Option<SkinningChoice>,
     /// How high the water was in its frame before.
     water_bits: u32,
 }
@@ -127,6 +129,9 @@ fn measure_count(
     if let Some(limit_bytes) = plan.machine.vram_bytes {
         budget = backend.fit_memory(&crowd, &plan.detail, limit_bytes, (with_baseline(draws), false), given)?;
         talk.say(&format!("{budget} {} fit {} MB", plan.detail.budget_in.name(), limit_bytes / MEGABYTE));
+        if let Some(remark) = backend.room_remark() {
+            talk.say(remark);
+        }
     }
     let new = |&variant: &Variant| Contender {
         variant,
@@ -137,7 +142,7 @@ fn measure_count(
         runs: Vec::new(),
         poses: None,
         overflow: 0,
-        skinning: Skinning::Vertex.name(),
+        choice: None,
         water_bits: 0,
     };
     let mut contenders: Vec<Contender> = asked.words.ab.iter().map(new).collect();
@@ -198,13 +203,14 @@ fn measure_count(
             }
             contender.poses = if options.shares_poses() { backend.shared_poses()? } else { None };
             if options.technique == Technique::Bucketed {
-                contender.skinning = backend.skinning(options).way.name();
+                contender.choice = Some(backend.skinning(options));
             }
         }
     }
-    for contender in contenders.iter().filter(|c| c.variant.technique == Technique::Bucketed) {
-        let options = contender.variant.options(plan.detail.draw);
-        if let Some(words) = skinning_words(&backend.skinning(options), options.skinning) {
+    for contender in &contenders {
+        // As in its own frames: whoever was drawn last may have had others who fade.
+        let asked = contender.variant.options(plan.detail.draw).skinning;
+        if let Some(words) = contender.choice.as_ref().and_then(|choice| skinning_words(choice, asked)) {
             talk.say(&format!("{}: {words}", contender.variant));
         }
     }
@@ -361,7 +367,7 @@ fn row_of(contender: &Contender, count: u32, budget: u32) -> Row {
     Row {
         count,
         technique: contender.variant.to_string(),
-        skinning: contender.skinning,
+        skinning: contender.choice.as_ref().map_or(Skinning::Vertex, |choice| choice.way).name(),
         budget,
         frames: frames.len() as u32,
         frame_ms: timings.frame_ms,

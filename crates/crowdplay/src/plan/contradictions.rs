@@ -26,6 +26,34 @@ pub(super) fn check_budget(args: &Args) -> Result<()> {
     Ok(())
 }
 
+/// Words of the budget where nothing has one; in a window technique and metric can be switched.
+pub(super) fn check_unheeded(args: &Args) -> Result<()> {
+    if !args.headless {
+        return Ok(());
+    }
+    let refused = |option, found: String, allowed: String| Err(Error::Parameter { option, found, allowed });
+    if let Some(px) = args.max_px.filter(|_| args.lod_metric == MetricWord::Size) {
+        let found = format!("{px} with --lod-metric size, which knows no pixels of error");
+        return refused("--max-px", found, "with --lod-metric error".to_owned());
+    }
+    let Some(technique) = args.technique.filter(|technique| !technique.has_budget()) else { return Ok(()) };
+    let given = [
+        ("--budget", args.budget.is_some()),
+        ("--target-ms", args.target_ms.is_some()),
+        ("--fit", args.fit == FitWord::Eq1),
+        ("--lod-metric", args.lod_metric == MetricWord::Error),
+        ("--steady", args.room.steady.is_some_and(|percent| percent > 0.0)),
+    ];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => {
+            let with: Vec<&str> = Technique::ALL.iter().filter(|one| one.has_budget()).map(|one| one.name()).collect();
+            let found = format!("given with --technique {technique}, which has no budget");
+            refused(option, found, format!("with --technique {}", with.join(", ")))
+        }
+        None => Ok(()),
+    }
+}
+
 /// In a window the clock decides how long a frame is.
 pub(super) fn check_window(args: &Args) -> Result<()> {
     match args.dt {
@@ -103,7 +131,7 @@ pub(super) fn check_reference(args: &Args) -> Result<()> {
     match args.technique {
         _ if !args.reference_camera => Ok(()),
         Some(other @ (Technique::PseudoInstancing | Technique::Discrete)) => {
-            refused(format!("with --technique {other}"), "with instanced, reform, static-floor or bucketed")
+            refused(format!("with --technique {other}"), "with instanced, reform, static-floor, points or bucketed")
         }
         _ if args.occlusion == Switch::On => refused("with --occlusion on".to_owned(), "with --occlusion off"),
         _ if args.backend == BackendWord::Cpu => refused("with --backend cpu".to_owned(), "with a GPU"),

@@ -103,7 +103,7 @@ impl Running {
         };
         let [first, last] = gpu_device::BACKENDS;
         let (gpu, surface) = open(first).or_else(|error| open(last).map_err(|_| error))?;
-        talk.say(&format!("adapter: {} ({:?})", gpu.info.name, gpu.info.backend));
+        talk.say(&gpu.line());
         let screen = Screen::new(&gpu, surface, window)?;
 
         let on_cpu = plan.machine.backend == BackendWord::Cpu;
