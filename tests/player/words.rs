@@ -71,7 +71,6 @@ fn words_that_nothing_would_heed_are_refused_with_those_that_would() {
     let scene = Scene::new();
     let table: &[(&[&str], &str)] = &[
         (&["--max-px", "2"], "--lod-metric error"),
-        (&["--technique", "b0", "--budget", "900"], "reform, static-floor, bucketed"),
         (&["--technique", "discrete", "--target-ms", "9"], "reform, static-floor, bucketed"),
         (&["--technique", "instanced", "--fit", "eq1"], "reform, static-floor, bucketed"),
         (&["--technique", "points", "--steady", "1"], "reform, static-floor, bucketed"),

@@ -26,7 +26,8 @@ pub(super) fn check_budget(args: &Args) -> Result<()> {
     Ok(())
 }
 
-/// Words of the budget where nothing has one; in a window technique and metric can be switched.
+/// Words of how a budget is spent where nothing has one; in a window technique and metric can be switched. --budget itself may stand there: the same
+/// words with another technique are a comparison.
 pub(super) fn check_unheeded(args: &Args) -> Result<()> {
     if !args.headless {
         return Ok(());
@@ -38,7 +39,6 @@ pub(super) fn check_unheeded(args: &Args) -> Result<()> {
     }
     let Some(technique) = args.technique.filter(|technique| !technique.has_budget()) else { return Ok(()) };
     let given = [
-        ("--budget", args.budget.is_some()),
         ("--target-ms", args.target_ms.is_some()),
         ("--fit", args.fit == FitWord::Eq1),
         ("--lod-metric", args.lod_metric == MetricWord::Error),
