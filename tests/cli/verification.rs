@@ -47,10 +47,20 @@ fn impostors_are_baked_alike_on_any_number_of_threads_and_shown_and_checked() {
         bench.run(&[&["bake", &asset, "-o", "@out.crowdpack"], words].concat()).expect(0);
         bench.read("out.crowdpack")
     };
+    // The fixture's roughness makes it a pack of version 5 whatever it holds; without that the impostors alone decide.
+    let version = |name: &str| {
+        let mut contents = Pack::open(&bench.path(name)).unwrap().contents().clone();
+        (contents.finishes, contents.finish_images, contents.finish_bytes) = Default::default();
+        contents.to_bytes().unwrap()[8]
+    };
     let plain = bake(&[]);
-    assert_eq!((plain[8], bake(&["--impostors", "0"]) == plain), (3, true), "a pack without stays as it was");
+    assert_eq!(
+        (version("out.crowdpack"), bake(&["--impostors", "0"]) == plain),
+        (3, true),
+        "a pack without stays as it was"
+    );
     let one = bake(&["--impostors", "8", "--jobs", "1"]);
-    assert!(one[8] == 4 && bake(&["--impostors", "8", "--jobs", "4"]) == one);
+    assert!(version("out.crowdpack") == 4 && bake(&["--impostors", "8", "--jobs", "4"]) == one);
     let inspection = bench.run(&["inspect", "@out.crowdpack", "--json"]).expect(0).json();
     assert_eq!(inspection["characters"][0]["impostors"]["tile_px"], 8);
     assert!(
@@ -59,7 +69,7 @@ fn impostors_are_baked_alike_on_any_number_of_threads_and_shown_and_checked() {
     bench.run(&["verify", "@out.crowdpack"]).expect(0);
     bench.write("crowd.toml", format!("[pack]\nimpostors = 8\n[[characters]]\nsource = \"{TUBE}\"\n").as_bytes());
     bench.run(&["bake", "@crowd.toml", "-o", "@toml.crowdpack"]).expect(0);
-    assert_eq!(bench.read("toml.crowdpack")[8], 4);
+    assert_eq!(version("toml.crowdpack"), 4);
     bench.write("crowd.toml", format!("[pack]\nimpostors = 9\n[[characters]]\nsource = \"{TUBE}\"\n").as_bytes());
     bench.run(&["bake", "@crowd.toml", "-o", "@toml.crowdpack"]).expect(1).says(&["pack.impostors", "found 9"]);
     bench.run(&["bake", &asset, "-o", "@out.crowdpack", "--impostors", "12"]).expect(2).says(&["found 12, allowed 8"]);
