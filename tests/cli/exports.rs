@@ -186,3 +186,20 @@ fn the_skin_lists_the_joints_of_the_source_in_their_order() {
         assert_eq!(channels(&low), channels(&source), "{name}");
     }
 }
+
+#[test]
+fn the_count_of_vertices_is_that_of_the_file() {
+    let bench = Bench::with(&["mara.glb"]);
+    bench.run(&["bake", "@mara.glb", "-o", "@out.crowdpack", "--lod-ratio", "20%"]).expect(0);
+    for words in [["--ratio", "0.5"], ["--lod", "lod1"]] {
+        let done = bench.run(&[&["export", "@out.crowdpack", "-o", "@low.glb"][..], &words].concat());
+        let document = document(&bench.read("low.glb"));
+        let count = |primitive: &serde_json::Value| {
+            let position = primitive["attributes"]["POSITION"].as_u64().unwrap() as usize;
+            document["accessors"][position]["count"].as_u64().unwrap()
+        };
+        let found: u64 = document["meshes"][0]["primitives"].as_array().unwrap().iter().map(count).sum();
+        done.expect(0).says(&[&format!(", {found} vertices")]);
+        assert_eq!(document["asset"]["extras"]["vertices"].as_u64(), Some(found));
+    }
+}

@@ -13,9 +13,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 const IDENTITY: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// The bytes of a `.glb` with that level of the character.
-pub fn export_level(character: &Unpacked<'_>, level: LodRecord) -> Vec<u8> {
-    export_mesh(character, character.vertices, &character.level_triangles(level), level)
+/// The bytes of a `.glb` with that level of the character, and what it has: a file has no vertices that no triangle uses.
+pub fn export_level(character: &Unpacked<'_>, level: LodRecord) -> (Vec<u8>, LodRecord) {
+    export_mesh(character, character.vertices, &character.level_triangles(level))
 }
 
 /// The bytes of a `.glb` with that level, its vertices moved to where they lie closest to full detail over all frames; and what it then has.
@@ -27,29 +27,22 @@ pub fn export_refitted(character: &Unpacked<'_>, level: LodRecord) -> (Vec<u8>, 
     let poses = LodPoses { palettes: &palettes, joint_count: character.joint_count(), frame_weights: &frame_weights };
     let counts = Level { vertex_count: level.vertex_count, triangle_count: level.triangle_count, error_m: 0.0 };
     let refitted = crowd_lod::refit(&mesh.mesh(), &poses, &mesh.order, &counts, &RefitOptions::default());
-    let records = mesh.refit_records(&refitted);
-    // A triangle that was repainted has vertices of its own.
-    let written = LodRecord { vertex_count: records.len() as u32, ..level };
-    (export_mesh(character, &records, &refitted.triangles, written), written)
+    export_mesh(character, &mesh.refit_records(&refitted), &refitted.triangles)
 }
 
-/// The bytes of a `.glb` with a level as the pack stores it: its table, and its own vertices where it has some.
-pub fn export_stored(character: &Unpacked<'_>, level: &LevelRecord) -> Vec<u8> {
-    let counts = LodRecord { vertex_count: level.vertex_count, triangle_count: level.triangle_count };
-    export_mesh(character, character.level_vertices(level), &character.table_triangles(level), counts)
+/// The bytes of a `.glb` with a level as the pack stores it: its table, and its own vertices where it has some; and what it has.
+pub fn export_stored(character: &Unpacked<'_>, level: &LevelRecord) -> (Vec<u8>, LodRecord) {
+    export_mesh(character, character.level_vertices(level), &character.table_triangles(level))
 }
 
-/// `vertices`: those that `triangles` index; `level` is what the file says about itself.
-fn export_mesh(
-    character: &Unpacked<'_>,
-    vertices: &[VertexRecord],
-    triangles: &[[u32; 3]],
-    level: LodRecord,
-) -> Vec<u8> {
+/// `vertices`: those that `triangles` index. With what the file has.
+fn export_mesh(character: &Unpacked<'_>, vertices: &[VertexRecord], triangles: &[[u32; 3]]) -> (Vec<u8>, LodRecord) {
     let mut buffer = GlbBuffer::default();
     let vertex_materials: Vec<u32> = vertices.iter().map(VertexRecord::material).collect();
     let primitives = gather_primitives(triangles, &vertex_materials);
     let used: Vec<u32> = primitives.iter().map(|primitive| primitive.material).collect();
+    let vertex_count = primitives.iter().map(|primitive| primitive.vertices.len() as u32).sum();
+    let level = LodRecord { vertex_count, triangle_count: triangles.len() as u32 };
     let mut document = Map::new();
 
     let mut textures = Textures::default();
@@ -84,7 +77,7 @@ fn export_mesh(
             },
         }),
     );
-    buffer.finish(Value::Object(document))
+    (buffer.finish(Value::Object(document)), level)
 }
 
 /// A mesh that hangs from one node as it lies needs no skin.
@@ -112,8 +105,9 @@ fn primitive_json(
         let normals: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.normal()).collect();
         set("NORMAL", buffer.float_attribute(&normals, 3, false));
     }
-    // Without a texture nothing would use them.
-    if record.image != NONE || character.finish(primitive.material).textures().next().is_some() {
+    // Whoever gives a material its texture later needs them as well, if there are any.
+    let textured = record.image != NONE || character.finish(primitive.material).textures().next().is_some();
+    if textured || vertices.iter().any(|vertex| vertex.uv != [0.0; 2]) {
         let uvs: Vec<f32> = vertices.iter().flat_map(|vertex| vertex.uv).collect();
         set("TEXCOORD_0", buffer.float_attribute(&uvs, 2, false));
     }

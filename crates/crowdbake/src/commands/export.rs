@@ -30,7 +30,7 @@ pub(super) fn export(args: &ExportArgs, talk: &Talk<'_>) -> Result<u8, BakeError
     for (level, path) in &levels {
         let (bytes, level) = match args.refit {
             true => crate::export::export_refitted(&character, *level),
-            false => (crate::export::export_level(&character, *level), *level),
+            false => crate::export::export_level(&character, *level),
         };
         write_whole(path, &bytes)?;
         talk.note(format_args!(
@@ -85,9 +85,15 @@ fn export_stored(args: &ExportArgs, character: &Unpacked<'_>, name: &str, talk: 
         if !discrete[index].reached {
             talk.warn(format_args!("{}: {}", character.manifest.name, missed_stored(character, index)));
         }
-        write_whole(&path, &crate::export::export_stored(character, level))?;
         let refitted = if level.is_refit() { ", refitted" } else { "" };
-        talk.note(format_args!("{}: {} triangles{refitted}", path.display(), level.triangle_count));
+        let (bytes, level) = crate::export::export_stored(character, level);
+        write_whole(&path, &bytes)?;
+        talk.note(format_args!(
+            "{}: {} triangles, {} vertices{refitted}",
+            path.display(),
+            level.triangle_count,
+            level.vertex_count
+        ));
     }
     Ok(DONE)
 }
