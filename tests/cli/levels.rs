@@ -67,7 +67,11 @@ fn the_coarsest_level_within_a_distance_lies_between_quantised_ones() {
         ("every point within 1 px at 300 px", "bound_m", height / 300.0),
     ];
     let quantised = character["measured"].as_array().unwrap();
-    for level in character["discrete"].as_array().unwrap() {
+    let discrete = character["discrete"].as_array().unwrap();
+    assert!(discrete.len() >= 5, "{discrete:?}");
+    let is_between = |level: &serde_json::Value| quantised.iter().all(|other| other["triangles"] != level["triangles"]);
+    assert!(discrete.iter().any(is_between), "{discrete:?}");
+    for level in discrete {
         let (_, figure, most) = limits.iter().find(|(words, ..)| level["target"] == *words).unwrap();
         assert!(number(level, figure) <= *most, "{level}");
         // The next coarser quantised level but those that measure better than a finer one exceeds it.

@@ -29,7 +29,7 @@ pub use dabs::{Dab, draw_dabs};
 pub use draw::{draw, draw_many};
 pub use fog::draw_fog;
 pub use ground::{draw_ground, draw_sky};
-pub use picture::{downsample, encode_jpeg, encode_png, encode_texels};
+pub use picture::{downsample, encode_jpeg, encode_png, encode_texels, encode_texels_soon};
 pub use sample::{level_of_detail, sample};
 pub use texture::{decode_picture, decode_picture_within, decode_texture};
 pub use types::*;

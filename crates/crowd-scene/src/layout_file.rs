@@ -126,6 +126,7 @@ mod tests {
             ("0 0 0 0 1 0 0 0", "line 1: found `0 0 0 0 1 0 0 0`, expected `# crowd layout v1`"),
             ("# crowd layout v1\n0 0 0 0 1 0 0", "line 2: found 7 words, expected 8"),
             ("# crowd layout v1\nx", "line 2: found 1 word, expected 8"),
+            ("# crowd layout v1\n0 0 0 0 1 \"mara 0 0", "line 2: found a quote that is not closed, expected 8"),
             ("", "line 1: found nothing, expected `# crowd layout v1`"),
             ("# crowd layout v1\n\n0 0 0 0 1 2 0 0", "line 3: found `2`, expected character, a whole number below 2"),
             ("# crowd layout v1\n0 0 0 0 1 0 2 0", "line 2: found `2`, expected clip, a whole number below 2"),

@@ -27,7 +27,7 @@ pub(crate) fn lines_after<'a>(text: &'a str, heading: &str) -> Result<impl Itera
 }
 
 /// The first 32 words of a line. What stands in quotes is one word, blanks and `#` with it; a quote that is not closed goes to the line's end and
-/// stays with its word, so that who looks the word up refuses it as it was written.
+/// stays with its word, so that whoever refuses the line can say so.
 fn words_of(line: &str) -> Vec<&str> {
     let mut words = Vec::new();
     let mut rest = line.trim_start();
@@ -73,7 +73,7 @@ impl Line<'_> {
         if (least..=most).contains(&self.words.len()) {
             return Ok(());
         }
-        Err(wrong_count(self.number, self.words.len(), &format!("{least} to {most}: {names}")))
+        Err(self.wrong_words(&format!("{least} to {most}: {names}")))
     }
 
     /// One of `names`, or its number, a whole number below `end`.
@@ -98,7 +98,14 @@ impl Line<'_> {
         if self.words.len() == count {
             return Ok(());
         }
-        Err(wrong_count(self.number, self.words.len(), &format!("{count}: {names}")))
+        Err(self.wrong_words(&format!("{count}: {names}")))
+    }
+
+    fn wrong_words(&self, expected: &str) -> Error {
+        match self.words.last() {
+            Some(word) if word.starts_with('"') => wrong_in_words(self.number, OPEN_QUOTE, expected),
+            _ => wrong_count(self.number, self.words.len(), expected),
+        }
     }
 
     /// A finite number within `low..=high`.
@@ -119,6 +126,9 @@ impl Line<'_> {
         }
     }
 }
+
+/// Words in the place of a count, where a quote swallowed the others.
+const OPEN_QUOTE: &str = "a quote that is not closed";
 
 /// A refusal of a line with too few or too many words.
 pub(crate) fn wrong_count(line: usize, count: usize, expected: &str) -> Error {

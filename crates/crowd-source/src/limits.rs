@@ -4,8 +4,8 @@
 /// positions stay far within the numbers' range.
 pub(crate) const POSITION_M: f32 = 1e6;
 
-/// Largest texture coordinate, textures from the origin. A thousandth of a texture is what floats keep of a texel's place there.
-pub(crate) const UV: f32 = 1e4;
+/// Largest texture coordinate, textures from the origin. Floats are a sixteenth of a texture apart there: beyond it nothing is shown as it was meant.
+pub(crate) const UV: f32 = 1e6;
 
 /// Upper bounds on what the reader allocates for one character.
 #[derive(Debug, Clone, PartialEq, Eq)]

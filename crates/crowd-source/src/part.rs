@@ -38,7 +38,8 @@ pub(crate) fn is_uv(uv: &[f32; 2]) -> bool {
 }
 
 /// What is said about others.
-pub(crate) const NO_UV: &str = "texture coordinates that are no numbers, or more than 10000 textures off, became 0, 0";
+pub(crate) const NO_UV: &str =
+    "texture coordinates that are no numbers, or more than 1000000 textures off, became 0, 0";
 
 /// What is said about such a position.
 pub(crate) fn too_far(position: &[f32; 3]) -> String {

@@ -41,6 +41,11 @@ pub fn assemble(characters: &[BakedCharacter], layout: AnimationLayout) -> Resul
 /// A height at rest below this share of the radius is rounding.
 const FLAT: f32 = 1.0e-6;
 
+/// Pixels a metre where the character is as high as the reference; 0 for something flat, but for rounding, which has no height to be shown at.
+pub(crate) fn px_per_m(height_m: f32, radius_m: f32) -> f32 {
+    if height_m > FLAT * radius_m { REFERENCE_HEIGHT_PX / height_m } else { 0.0 }
+}
+
 /// Sees that a pack can hold the character, so that a number that it cannot hold is this character's fault and not that of all.
 ///
 /// # Errors
@@ -336,8 +341,7 @@ impl Assembly {
 pub(crate) fn manifest_measured(baked: &BakedCharacter, level: &BakedLevel) -> ManifestMeasured {
     let error = &level.error.surface;
     let (max_clip, max_frame) = clip_of_frame(baked, error.max_frame);
-    // Something flat, but for rounding, has no height that it could be shown at.
-    let px_per_m = if baked.height_m > FLAT * baked.bounds.radius { REFERENCE_HEIGHT_PX / baked.height_m } else { 0.0 };
+    let px_per_m = px_per_m(baked.height_m, baked.bounds.radius);
     ManifestMeasured {
         vertex_count: level.vertex_count,
         triangle_count: (level.indices.len() / 3) as u32,

@@ -121,6 +121,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         resize(&mut raw, asked).map_err(|cause| BakeError::of(Step::Load, name, cause))?;
     }
     show_emission(&mut raw);
+    warnings.append(&mut raw.warnings);
     clock.lap(Step::Load);
 
     if let Some(patterns) = &entry.clips {

@@ -212,7 +212,12 @@ fn without_repeats(discrete: Vec<Stored>, full_triangle_count: u32) -> (Vec<Stor
     for stored in discrete {
         let Chosen { target, reached, level } = stored.chosen;
         let by_share = matches!(target.0, ManifestTarget::Ratio(_));
-        if kept.last().is_some_and(|last| last.chosen.level.triangle_count == level.triangle_count) {
+        // Of one level a limit may allow the refitted vertices and another only the original ones.
+        let same = |last: &Stored| {
+            last.chosen.level.triangle_count == level.triangle_count
+                && last.refitted.is_some() == stored.refitted.is_some()
+        };
+        if kept.last().is_some_and(same) {
             repeated.push(RepeatedLevel { target, reached, same_as: Some(kept.len() - 1) });
         } else if level.triangle_count == full_triangle_count && !by_share {
             repeated.push(RepeatedLevel { target, reached, same_as: None });

@@ -329,8 +329,8 @@ pub struct BakeArgs {
     /// take three times the bytes. 0: none [default: 0].
     #[arg(long, value_parser = parse_impostors, value_name = "PX", help_heading = "How to bake")]
     pub impostors: Option<u32>,
-    /// Refuse a character whose file had to be repaired (what the import warns of, triangles left out), of whose levels asked for two come
-    /// out as one, or whose levels do not reach a share asked for (exit code 5).
+    /// Refuse a character whose file had to be repaired (what the import warns of, triangles left out), or of whose levels asked for two come
+    /// out as one, or one as full detail (exit code 1), and one whose levels do not reach a share asked for (exit code 5).
     #[arg(long, help_heading = "How to bake")]
     pub strict: bool,
     /// Threads, up to 256; 0 for one a core. The pack's bytes do not depend on it.

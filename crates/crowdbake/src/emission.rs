@@ -1,14 +1,18 @@
 //! Light that materials give off, added to the colour that is shown: a glowing eye is seen as one by the simplifier, in pictures, and in the
 //! player, which all know base colours alone (decision 0072). The file's own base colour stays beside it, for exports.
 
+use crate::units::counted;
 use crowd_raster::srgb::{decode_table, encode};
 use crowd_raster::{Mip, Texture, Wrap, sample};
-use crowd_source::{ImageEncoding, RawBase, RawCharacter, RawImage, RawMaterial, RawTexture};
+use crowd_source::{ImageEncoding, RawBase, RawCharacter, RawImage, RawMaterial, RawTexture, Warning};
 use glam::Vec2;
 use rayon::prelude::*;
 
 /// Longest side of a texture that is made: what is shown of a crowd's member needs no more.
 const SIDE_PX: u32 = 2048;
+
+/// Texels of all textures that are made for one character: four of the largest. Bounds time and memory, however many materials glow.
+const MOST_TEXELS: u64 = 4 * (SIDE_PX as u64) * (SIDE_PX as u64);
 
 /// Bounds what strangers' factors come to.
 const BRIGHTEST: f32 = 1e9;
@@ -16,6 +20,7 @@ const BRIGHTEST: f32 = 1e9;
 /// Adds the light of every material that gives some off to its base colour. Materials without stay as they are, to the bit.
 pub(crate) fn show_emission(raw: &mut RawCharacter) {
     let mut made: Vec<(Recipe, u32)> = Vec::new();
+    let (mut texels_left, mut unseen) = (MOST_TEXELS, 0);
     for index in 0..raw.materials.len() {
         let material = &raw.materials[index];
         let finish = &material.finish;
@@ -39,7 +44,15 @@ pub(crate) fn show_emission(raw: &mut RawCharacter) {
                 emissive: finish.emissive_texture,
             };
             let known = made.iter().find(|(known, _)| *known == recipe).map(|(_, image)| *image);
-            let image = known.or_else(|| add_image(raw, &recipe));
+            let needed = texels_of(raw, &recipe);
+            if known.is_none() && needed > texels_left {
+                unseen += 1;
+                continue;
+            }
+            let image = known.or_else(|| {
+                texels_left -= needed;
+                add_image(raw, &recipe)
+            });
             image.map(|image| {
                 made.push((recipe.clone(), image));
                 ([1.0, 1.0, 1.0, recipe.color[3]], Some(recipe.texture_of(image)))
@@ -52,6 +65,27 @@ pub(crate) fn show_emission(raw: &mut RawCharacter) {
             (material.base_color, material.texture) = (color, texture);
         }
     }
+    if unseen > 0 {
+        raw.warnings.push(Warning {
+            code: "light-not-shown",
+            place: "materials".to_owned(),
+            count: unseen,
+            message: format!(
+                "{} whose light is exported but not shown: textures for it would have more than {MOST_TEXELS} texels in all; let materials share them",
+                counted(unseen as usize, "material")
+            ),
+        });
+    }
+}
+
+/// Texels of the texture that a recipe makes, at most.
+fn texels_of(raw: &RawCharacter, recipe: &Recipe) -> u64 {
+    let base = recipe.texture.map(|texture| &raw.images[texture.image as usize]);
+    let light = recipe.emissive.map(|texture| &raw.finish_images[texture.image as usize]);
+    let side = |of: fn(&RawImage) -> u32| {
+        [base, light].into_iter().flatten().map(|image| of(image).min(SIDE_PX)).max().unwrap_or(0)
+    };
+    u64::from(side(|image| image.width)) * u64::from(side(|image| image.height))
 }
 
 /// Colour and light together. What is brighter than white is made darker as a whole, so that a yellow light on white stays yellow.
@@ -105,7 +139,7 @@ fn add_image(raw: &mut RawCharacter, recipe: &Recipe) -> Option<u32> {
         encoding: ImageEncoding::Png,
         width,
         height,
-        bytes: crowd_raster::encode_texels(width, height, &texels),
+        bytes: crowd_raster::encode_texels_soon(width, height, &texels),
     });
     Some(index)
 }

@@ -1,11 +1,12 @@
 //! Measures levels of a packed character as its bake did, on the frames that the pack names.
 
+use crate::assemble::px_per_m;
 use crate::measure_levels::{LevelMeasure, LevelShape, MeasuredFrames, poked_shares};
 use crate::ordered_mesh::OrderedMesh;
 use crate::pose::Mat3x4;
 use crate::unpack::Unpacked;
 use crowd_lod::Level;
-use crowd_pack::{LodRecord, ManifestMeasured, REFERENCE_HEIGHT_PX};
+use crowd_pack::{LodRecord, ManifestMeasured};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Points a side and frame that a pack may ask to be measured on: what a bake uses is far below.
@@ -49,7 +50,7 @@ fn measure_missing(character: &Unpacked<'_>, levels: &[LodRecord]) -> Vec<Manife
     let errors = LevelMeasure::new(&mesh, &frames, &palettes, joint_count, samples).measure(&shapes);
     let poked = poked_shares(&mesh, &shapes, &frames, &palettes, joint_count);
     let height_m = character.record.height_m;
-    let px_per_m = if height_m > 0.0 { REFERENCE_HEIGHT_PX / height_m } else { 0.0 };
+    let px_per_m = px_per_m(height_m, character.record.sphere[3]);
     let measured = |((level, error), poked_share): ((&LodRecord, crowd_lod::SurfaceError), f32)| {
         let finer = manifest.measured.iter().find(|finer| finer.triangle_count >= level.triangle_count);
         let bound_m = error.bound_m.max(finer.map_or(0.0, |finer| finer.bound_m));

@@ -22,10 +22,10 @@ pub fn render(
     plan: &Plan,
     headless: &HeadlessPlan,
     crowd: &mut Crowd,
+    viewer: Viewer,
     stdout: &mut dyn Write,
     talk: &mut Talk<'_>,
 ) -> Result<Report> {
-    let viewer = Viewer::open(&plan.camera, crowd)?;
     let gpu = backend::find_gpu(&plan.machine, talk)?;
     let detail = backend::settle_technique(&plan.detail, gpu.as_ref(), talk);
     let mut budget = detail.budget.unwrap_or_else(|| backend::usual_budget(gpu.as_ref(), crowd, &detail));

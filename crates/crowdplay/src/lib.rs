@@ -142,13 +142,13 @@ fn follow(args: &cli::Args, stdout: &mut dyn Write, stderr: &mut dyn Write) -> R
     let aspect = plan.size[0] as f32 / plan.size[1] as f32;
     let mut crowd = crowd::gather(&crowd::open_pack(&plan.pack)?, &plan.crowd, aspect)?;
     // Errors of files come before remarks on what is in them.
-    view::Viewer::open(&plan.camera, &crowd)?;
+    let viewer = view::Viewer::open(&plan.camera, &crowd)?;
     for remark in &crowd.remarks {
         talk.say(remark);
     }
     let report = match &plan.show {
-        plan::Show::Headless(headless) => headless::render(&plan, headless, &mut crowd, stdout, &mut talk)?,
-        plan::Show::Window(shown) => window::show(&plan, shown, crowd, &mut talk)?,
+        plan::Show::Headless(headless) => headless::render(&plan, headless, &mut crowd, viewer, stdout, &mut talk)?,
+        plan::Show::Window(shown) => window::show(&plan, shown, crowd, viewer, &mut talk)?,
     };
     plan.report.as_deref().map_or(Ok(()), |path| headless::write_report(&report, path, stdout))
 }

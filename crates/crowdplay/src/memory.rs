@@ -191,8 +191,8 @@ impl Room {
             return None;
         }
         let binding = gpu.device.limits().max_storage_buffer_binding_size / MEGABYTE;
-        let skins = self.foretell(gpu, renderer, size, found).skinning > 0;
-        let remedy = if skins { "; --skinning vertex needs no such buffer" } else { "" };
+        let reforms = self.draws.iter().any(|draw| draw.technique == Technique::Reform);
+        let remedy = if reforms { "; other techniques than reform need no list of all triangles" } else { "" };
         Some(format!("N is limited by the adapter's buffers of {binding} MiB, not by --vram{remedy}"))
     }
 

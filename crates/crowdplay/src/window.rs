@@ -27,8 +27,7 @@ const REMEDY: &str = "use --headless --out picture.png to draw without a window"
 /// # Errors
 /// [`Error::Machine`] without a display, or without a GPU that can draw to it; [`Error::Output`] when a picture of the
 /// window is wanted and the window was taken away before it could be made.
-pub fn show(plan: &Plan, shown: &WindowPlan, crowd: Crowd, talk: &mut Talk<'_>) -> Result<Report> {
-    let viewer = Viewer::open(&plan.camera, &crowd)?;
+pub fn show(plan: &Plan, shown: &WindowPlan, crowd: Crowd, viewer: Viewer, talk: &mut Talk<'_>) -> Result<Report> {
     let no_window = |e: winit::error::EventLoopError| {
         let words = e.to_string();
         // Before its own words it says in which line of its source they stand.

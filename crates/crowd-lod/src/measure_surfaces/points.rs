@@ -167,7 +167,10 @@ impl Points {
                 from.triangles,
                 &to.target(lane),
             );
-            largest.take(found, batch.first + lane);
+            // No climb ends below where it was to begin: what is no larger was not found here.
+            if found > largest.squared {
+                largest.take(found, batch.first + lane);
+            }
         }
     }
 

@@ -97,7 +97,12 @@ pub(super) fn rig_of(skin: &Skin, common_from_skin: DMat4, palette: &Palette) ->
     if places.len() == joints.len() && places.iter().enumerate().all(|(at, place)| at as u32 == *place) {
         return RawRig::default();
     }
-    RawRig { joints: joints.into_iter().map(raw_joint).collect(), places }
+    let joints: Vec<RawJoint> = joints.into_iter().map(raw_joint).collect();
+    // What nothing follows refuses nothing: beyond all numbers, the joints that are followed stand alone.
+    if joints.iter().flat_map(|joint| joint.inverse_bind).any(|number| !number.is_finite()) {
+        return RawRig::default();
+    }
+    RawRig { joints, places }
 }
 
 fn raw_joint((node, matrix): (u32, DMat4)) -> RawJoint {

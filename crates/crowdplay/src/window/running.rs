@@ -118,7 +118,7 @@ impl Running {
             Painter::Cpu(Box::new(CpuBackend::new(crowd, screen.size(), samples)?), None)
         } else {
             let format = screen.scene_format();
-            // A slider that goes beyond what can be skinned beforehand would take those ways of skinning from all smaller budgets.
+            // A slider that goes beyond what can be skinned beforehand would take the shaders that need not ask who is from all smaller budgets.
             let binding = gpu.device.limits().max_storage_buffer_binding_size;
             let skinnable = u32::try_from(binding / size_of::<SkinnedVertex>() as u64).unwrap_or(u32::MAX);
             if detail.budget_in == BudgetIn::Vertices && budget <= skinnable {
