@@ -295,7 +295,8 @@ pub fn check_size(device: &wgpu::Device, size: [u32; 2], samples: u32) -> Result
 
 /// Waits for everything submitted.
 pub fn wait(device: &wgpu::Device) -> Result<()> {
-    Ok(poll_device(device, wgpu::PollType::wait_indefinitely())?)
+    poll_device(device, wgpu::PollType::wait_indefinitely())?;
+    Ok(())
 }
 
 /// Bytes of a canvas of so many pixels: of the texture, and of the buffer that its pixels are read back through.

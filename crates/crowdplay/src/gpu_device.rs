@@ -5,6 +5,8 @@ use crate::loss::Loss;
 use crate::plan::MachinePlan;
 use crate::stats::Adapter;
 use crate::{Error, Result};
+use crowd_stages::gpu::poll_device;
+use std::time::{Duration, Instant};
 
 /// An open device.
 #[derive(Debug, Clone)]
@@ -25,6 +27,7 @@ pub struct Gpu {
 impl Drop for Gpu {
     fn drop(&mut self) {
         if self.loss.is_lost() {
+            self.let_finish();
             std::mem::forget((self.device.clone(), self.queue.clone()));
         }
     }
@@ -34,6 +37,17 @@ impl Gpu {
     /// Whether a processor plays the GPU's part (lavapipe, WARP).
     pub fn is_software(&self) -> bool {
         self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// Waits for what a lost device still works on: drivers in software have threads for that, and a process that ends under them crashes. Where the
+    /// driver does not know, nothing is waited for.
+    pub fn let_finish(&self) {
+        let since = Instant::now();
+        while since.elapsed() < Duration::from_secs(10)
+            && poll_device(&self.device, wgpu::PollType::Poll).is_ok_and(|status| !status.is_queue_empty())
+        {
+            std::thread::sleep(Duration::from_millis(2));
+        }
     }
 
     /// What draws, in a line.

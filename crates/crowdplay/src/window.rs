@@ -39,9 +39,10 @@ pub fn show(plan: &Plan, shown: &WindowPlan, crowd: Crowd, viewer: Viewer, talk:
     let screenshot = shown.screenshot.as_deref();
     let mut app = App { plan, shown, crowd, viewer, talk, running: None, screenshot, failure: None };
     let ran = event_loop.run_app(&mut app).map_err(no_window);
-    if loss::latest().is_some() {
+    if let Some(running) = app.running.take_if(|_| loss::latest().is_some()) {
+        running.gpu.let_finish();
         // wgpu panics where the surface of a lost device is put away.
-        std::mem::forget(app.running.take());
+        std::mem::forget(running);
     }
     ran?;
     if let Some(error) = app.failure {

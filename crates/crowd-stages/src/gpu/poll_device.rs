@@ -11,9 +11,9 @@ const POLL_PANIC: &str = "Error in Device::poll";
 ///
 /// # Errors
 /// [`Error::DeviceLost`] when nothing more will come from this device.
-pub fn poll_device(device: &wgpu::Device, poll_type: wgpu::PollType) -> Result<()> {
+pub fn poll_device(device: &wgpu::Device, poll_type: wgpu::PollType) -> Result<wgpu::PollStatus> {
     match catch_unwind(AssertUnwindSafe(|| device.poll(poll_type))) {
-        Ok(Ok(_)) => Ok(()),
+        Ok(Ok(status)) => Ok(status),
         Ok(Err(error)) => Err(Error::DeviceLost(error.to_string())),
         Err(payload) => match payload.downcast_ref::<String>() {
             Some(words) if words.starts_with(POLL_PANIC) => {
