@@ -74,7 +74,7 @@ fn clip_weights_change_the_order_and_a_weight_for_no_clip_is_refused() {
     assert!(order(&["--clip-weight", "run=50", "--clip-weight", "w*=0"]) != even);
     let words = ["bake", &format!("@{TUBE}"), "-o", "@out.crowdpack", "--clip-weight"];
     bench.run(&[&words[..], &["Swim=2"]].concat()).expect(1).says(&["no clip of that name; the character has bend"]);
-    bench.run(&[&words[..], &["bend=0"]].concat()).expect(1).says(&["all 0", "one above 0"]);
+    bench.run(&[&words[..], &["bend=0"]].concat()).expect(1).says(&["all clips have the weight 0", "--clip-weight"]);
     bench.run(&[&words[..], &["bend=-1"]].concat()).expect(2).says(&["allowed a clip and a number from 0 to 1000"]);
     bench.run(&[&words[..], &["bend"]].concat()).expect(2).says(&["allowed CLIP=W"]);
 }
