@@ -231,7 +231,7 @@ impl Buckets {
         }
     }
 
-    /// The same with palettes for as many at a time as that many bytes hold, [`MOST_PALETTE_BYTES`] at most.
+    /// The same with palettes for as many at a time as that many bytes hold, `MOST_PALETTE_BYTES` at most.
     pub fn with_palettes_in(self, bytes: u64) -> Self {
         let palette_bytes = u64::from(self.palette_rows) * std::mem::size_of::<[f32; 4]>() as u64;
         let slots = bytes.min(MOST_PALETTE_BYTES) / palette_bytes;
