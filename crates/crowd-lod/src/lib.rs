@@ -7,7 +7,7 @@
 //!
 //! One module a step: `split_seams` (with `separate_layers` and `duplicate_triangles`), `classify`, `frames` (with `align`),
 //! `quadrics`, `attributes`, `behind`, `criteria`, `layer_gaps`, `volumes`, `symmetry`, `collapse` (on a `topology`, with `fan` and `find_images`),
-//! `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `choose_levels`, `worst_frames`, `measure_surfaces`,
+//! `reorder`, `reform`, `check_frames`, `level_mesh`, `refit`, `measure`, `choose_levels`, `worst_frames`, `worse_frames`, `measure_surfaces`,
 //! `interpenetration`. `lists` is what several fill by counting.
 
 mod align;
@@ -49,6 +49,7 @@ mod topology;
 mod types;
 mod validate;
 mod volumes;
+mod worse_frames;
 mod worst_frames;
 
 pub use choose_levels::geometric_levels;
@@ -60,6 +61,7 @@ pub use measure_surfaces::{LevelSurface, Surface, SurfaceError, SurfaceMeasure, 
 pub use refit::{RefitOptions, refit};
 pub use reform::reform;
 pub use types::*;
+pub use worse_frames::worse_frames;
 pub use worst_frames::worst_frames;
 
 /// Times that an order is made anew, with frames added, before a check that still fails is only reported.

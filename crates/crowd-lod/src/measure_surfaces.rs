@@ -302,7 +302,7 @@ fn compare_at_rest(
     (p95, if facing == 0 { 0.0 } else { (angle_sum / f64::from(facing)).to_degrees() as f32 })
 }
 
-fn pose_surface(surface: &Surface<'_>, palette: &[Mat3x4]) -> Vec<[f32; 3]> {
+pub(crate) fn pose_surface(surface: &Surface<'_>, palette: &[Mat3x4]) -> Vec<[f32; 3]> {
     let pose = |i: usize| pose_position(surface.positions[i], surface.joints[i], surface.weights[i], palette);
     (0..surface.positions.len()).map(pose).collect()
 }

@@ -2,9 +2,10 @@
 //! for, each with an index table in cache order and measured.
 
 use crate::lod_target::{Distance, LodTarget};
-use crate::measure_levels::{LevelError, LevelMeasure, LevelShape, MeasuredFrames, SAMPLES_PER_FRAME, poked_shares};
+use crate::measure_levels::{
+    LevelError, LevelMeasure, LevelShape, MeasuredFrames, SAMPLES_PER_FRAME, measure_worse_frames, poked_shares,
+};
 use crate::ordered_mesh::OrderedMesh;
-use crate::pose::Mat3x4;
 use crate::refit_levels::Refitting;
 use crate::search_levels::search_levels;
 use crate::unpack::triangle_target;
@@ -88,7 +89,7 @@ pub fn bake_levels(mesh: &OrderedMesh, poses: &LodPoses<'_>, height_m: f32, aske
     let places = geometric_levels(&order.levels, limits::QUANTIZED_LEVELS as usize);
     let quantized: Vec<Level> = places.iter().map(|&index| order.levels[index]).collect();
     let frames = MeasuredFrames::choose(mesh, &quantized[..quantized.len().saturating_sub(1)], poses);
-    let palettes = palettes_of(poses, &frames);
+    let palettes = frames.palettes(poses);
     let measuring = LevelMeasure::new(mesh, &frames, &palettes, poses.joint_count, SAMPLES_PER_FRAME);
     let measure = |shapes: &[LevelShape]| measuring.measure(shapes);
     let poke = |shapes: &[LevelShape]| poked_shares(mesh, shapes, &frames, &palettes, poses.joint_count);
@@ -122,7 +123,12 @@ pub fn bake_levels(mesh: &OrderedMesh, poses: &LodPoses<'_>, height_m: f32, aske
     }
     discrete.sort_by_key(|(chosen, _)| std::cmp::Reverse(chosen.level.triangle_count));
     let before: Vec<(Level, SurfaceError)> = quantized.iter().copied().zip(errors.iter().copied()).collect();
-    let refitting = Refitting { mesh, poses, measure: &measure, poke: &poke };
+    let measure_refitted = |shapes: &[LevelShape]| {
+        let mut errors = measure(shapes);
+        measure_worse_frames(mesh, &frames, poses, shapes, &mut errors);
+        errors
+    };
+    let refitting = Refitting { mesh, poses, measure: &measure_refitted, poke: &poke };
     let mut discrete = match asked.refit {
         true => refit_all(&refitting, &before, discrete, height_m),
         false => discrete.into_iter().map(|(chosen, error)| Stored { chosen, error, refitted: None }).collect(),
@@ -252,9 +258,4 @@ pub fn cache_order(triangles: &[[u32; 3]], vertex_count: u32) -> Vec<u32> {
         return Vec::new();
     }
     meshopt::optimize_vertex_cache(triangles.as_flattened(), vertex_count as usize)
-}
-
-fn palettes_of(poses: &LodPoses<'_>, frames: &MeasuredFrames) -> Vec<Mat3x4> {
-    let of = |frame: u32| &poses.palettes[frame as usize * poses.joint_count..][..poses.joint_count];
-    frames.all().flat_map(|frame| of(frame).iter().copied()).collect()
 }

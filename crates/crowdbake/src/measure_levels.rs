@@ -4,8 +4,9 @@ use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crate::pose::Mat3x4;
 use crowd_lod::{
     LayeredMesh, Level, LevelSurface, LodPoses, SurfaceError, SurfaceMeasure, find_layers, measure_interpenetration,
-    measured_frames, worst_frames,
+    measured_frames, worse_frames, worst_frames,
 };
+use rayon::prelude::*;
 
 /// Frames that the mean is taken over.
 const MEAN_FRAMES: u32 = 8;
@@ -49,6 +50,12 @@ impl MeasuredFrames {
     /// All of them, those of the mean first.
     pub fn all(&self) -> impl Iterator<Item = u32> + '_ {
         self.mean.iter().chain(&self.worst).copied()
+    }
+
+    /// Their palettes. `poses`: those of all clips.
+    pub fn palettes(&self, poses: &LodPoses<'_>) -> Vec<Mat3x4> {
+        let of = |frame: u32| &poses.palettes[frame as usize * poses.joint_count..][..poses.joint_count];
+        self.all().flat_map(|frame| of(frame).iter().copied()).collect()
     }
 }
 
@@ -99,6 +106,48 @@ impl<'a> LevelMeasure<'a> {
             ..error
         };
         self.surfaces.measure(&levels).into_iter().map(number).collect()
+    }
+}
+
+/// Measures refitted levels again, each in the frame where it lies farthest off if that is farther than in `frames`: moved vertices are
+/// worst elsewhere than those of the order. `errors`: what was measured in `frames`. `poses`: all frames of all clips.
+pub fn measure_worse_frames(
+    mesh: &OrderedMesh,
+    frames: &MeasuredFrames,
+    poses: &LodPoses<'_>,
+    shapes: &[LevelShape],
+    errors: &mut [SurfaceError],
+) {
+    let surfaces = shapes.iter().map(|shape| match shape {
+        LevelShape::Own(vertices, triangles) => vertices.surface(triangles),
+        LevelShape::Shared(triangles) => mesh.vertices.surface(triangles),
+    });
+    let levels: Vec<_> = surfaces.zip(errors.iter().map(|error| error.max_m)).collect();
+    let known: Vec<u32> = frames.all().collect();
+    let worse = worse_frames(&mesh.surface(), &levels, poses, &known);
+    shapes.par_iter().zip(errors).zip(worse).for_each(|((shape, error), frame)| {
+        if let Some(frame) = frame {
+            let palette = &poses.palettes[frame as usize * poses.joint_count..][..poses.joint_count];
+            *error = measure_in_frame_too(mesh, shape, *error, frame, palette);
+        }
+    });
+}
+
+/// What was measured of a level, with a further frame, counted over all clips: its maximum where that is larger.
+pub fn measure_in_frame_too(
+    mesh: &OrderedMesh,
+    shape: &LevelShape,
+    error: SurfaceError,
+    frame: u32,
+    palette: &[Mat3x4],
+) -> SurfaceError {
+    let alone = MeasuredFrames { mean: Vec::new(), worst: vec![frame] };
+    let found = LevelMeasure::new(mesh, &alone, palette, palette.len(), 0).measure(std::slice::from_ref(shape))[0];
+    if found.max_m > error.max_m {
+        let bound_m = found.bound_m.max(error.bound_m);
+        SurfaceError { max_m: found.max_m, max_frame: frame, bound_m, ..error }
+    } else {
+        error
     }
 }
 

@@ -83,6 +83,11 @@ fn clip_of_frame(character: &Unpacked<'_>, mut frame: u32) -> (u32, u32) {
     (0, 0)
 }
 
+/// A frame of a clip, counted over all clips.
+pub(crate) fn frame_of_clip(character: &Unpacked<'_>, clip: u32, frame: u32) -> u32 {
+    character.clips.iter().take(clip as usize).map(|before| before.frame_count).sum::<u32>() + frame
+}
+
 /// Palettes of the frames measured, in their order.
 pub(crate) fn palettes_of(character: &Unpacked<'_>, frames: &MeasuredFrames) -> Vec<Mat3x4> {
     let joint_count = character.joint_count();

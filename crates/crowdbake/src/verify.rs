@@ -2,8 +2,8 @@
 //!
 //! That the bytes are whole and the records agree with each other was checked on opening; here levels are rebuilt.
 
-use crate::measure_levels::{LevelMeasure, LevelShape, MeasuredFrames};
-use crate::measure_packed::{MOST_SAMPLES, palettes_of};
+use crate::measure_levels::{LevelMeasure, LevelShape, MeasuredFrames, measure_in_frame_too};
+use crate::measure_packed::{MOST_SAMPLES, frame_of_clip, palettes_of};
 use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crate::pose::pose_positions;
 use crate::units::{counted, length};
@@ -318,7 +318,15 @@ fn check_errors(character: &Unpacked<'_>) -> Result<String, String> {
         manifest.measured.iter().chain(manifest.discrete.iter().map(|discrete| &discrete.measured)).collect();
     let palettes = palettes_of(character, &frames);
     let samples = measuring.samples_per_frame.min(MOST_SAMPLES);
-    let found = LevelMeasure::new(&mesh, &frames, &palettes, character.joint_count(), samples).measure(&shapes);
+    let mut found = LevelMeasure::new(&mesh, &frames, &palettes, character.joint_count(), samples).measure(&shapes);
+    for ((promised, found), shape) in promised.iter().zip(&mut found).zip(&shapes) {
+        // A refitted level may be worst in a frame that no other one is measured in.
+        let frame = frame_of_clip(character, promised.max_clip, promised.max_frame);
+        if matches!(shape, LevelShape::Own(..)) && !frames.all().any(|known| known == frame) {
+            let alone = MeasuredFrames { mean: Vec::new(), worst: vec![frame] };
+            *found = measure_in_frame_too(&mesh, shape, *found, frame, &palettes_of(character, &alone));
+        }
+    }
     let floor_m = 1e-5 * character.record.height_m.max(character.record.sphere[3]);
     let mut largest = 0.0_f32;
     for (promised, found) in promised.iter().zip(&found) {
