@@ -7,6 +7,7 @@ use crate::attributes::COLOR_SHARE;
 use crate::closest::{ClosestTriangles, LivingNodes, NodeGroups};
 use crate::quadrics::{cross, dot, sub};
 use crate::split_seams::SplitMesh;
+use crate::symmetry::{NO_PARTNER, pair_parts};
 use crate::{AttributeWeights, LodMesh};
 use rayon::prelude::*;
 
@@ -17,6 +18,8 @@ const MOST_WATCHED: usize = 256;
 /// Searches for what lies behind, in all: so many for each point watched. A part whose points need more than are left is not followed when it
 /// vanishes; those that need fewer still are.
 const SEARCHES: usize = 64;
+/// A part is small that has at most one in so many triangles.
+const SMALL: usize = 50;
 /// Points summed up to prices, in all: so many for each point watched. Afterwards prices stay what they are.
 const SUMMED: usize = 1024;
 
@@ -36,6 +39,8 @@ pub(crate) struct Behind {
     part_of: Vec<u32>,
     /// Triangles that each part has left.
     left: Vec<u32>,
+    /// The part that mirrors each, or `NO_PARTNER`.
+    twins: Vec<u32>,
     /// What it would cost to lose all that each part stands for, m² times m².
     prices: Vec<Price>,
     points: Vec<Watched>,
@@ -127,10 +132,11 @@ impl Scenery {
 }
 
 impl Behind {
-    /// Looks behind all parts in the poses given, one array of positions each.
+    /// Looks behind all parts in the poses given, one array of positions each. `partners`: for each position its mirror image.
     pub fn measure(
         mesh: &LodMesh<'_>,
         split: &SplitMesh,
+        partners: &[u32],
         posed: impl IntoIterator<Item = Vec<[f32; 3]>>,
         weights: &AttributeWeights,
         diagonal: f32,
@@ -143,6 +149,12 @@ impl Behind {
             left[part as usize] += 1;
         }
         let largest = (0..left.len()).max_by_key(|&part| (left[part], std::cmp::Reverse(part))).unwrap_or(0) as u32;
+        let mut twins = pair_parts(&part_of_position, partners);
+        // What never vanishes takes nothing along.
+        if let Some(&twin) = twins.get(largest as usize).filter(|&&twin| twin != NO_PARTNER) {
+            twins[twin as usize] = NO_PARTNER;
+            twins[largest as usize] = NO_PARTNER;
+        }
         let lone = left.iter().filter(|&&count| count > 0).count() < 2;
         // Nothing is behind the only part: nothing to look at.
         let posed: Vec<Vec<[f32; 3]>> = posed.into_iter().filter(|_| !lone).collect();
@@ -186,7 +198,7 @@ impl Behind {
             prices[part] = price(shown, &points);
         }
         let (searches_left, sums_left) = (points.len() * SEARCHES, points.len() * SUMMED);
-        Self { losses, part_of, left, prices, points, shown, backed, scenery, searches_left, sums_left }
+        Self { losses, part_of, left, twins, prices, points, shown, backed, scenery, searches_left, sums_left }
     }
 
     /// What it would cost, for each square metre, if a position vanished with its part, at full detail; infinite in the largest part. m².
@@ -194,10 +206,41 @@ impl Behind {
         self.losses.get(position as usize).copied().unwrap_or(f32::INFINITY)
     }
 
-    /// What it costs that triangles of one part die, when they are all that it has left.
+    /// What it costs that triangles of one part die, when they are all that it has left. While the part that mirrors it is there, it costs
+    /// what the dearer of the two does: they go together.
     pub fn price_of_last(&self, dying: &[u32]) -> Option<Price> {
+        let part = self.part_of_last(dying)?;
+        let (own, twin) = (self.prices[part], self.twins[part]);
+        if twin == NO_PARTNER || self.left[twin as usize] == 0 {
+            return Some(own);
+        }
+        Some(Price { cost: own.cost.max(self.prices[twin as usize].cost), ..own })
+    }
+
+    /// The living part that mirrors the one whose last triangles die.
+    pub fn twin_of_last(&self, dying: &[u32]) -> Option<u32> {
+        let twin = self.twins[self.part_of_last(dying)?];
+        (twin != NO_PARTNER && self.left[twin as usize] > 0).then_some(twin)
+    }
+
+    /// Whether triangles are of a small part that another one mirrors.
+    pub fn are_of_small_twin(&self, triangles: &[u32]) -> bool {
+        let part = triangles.first().and_then(|&triangle| self.part_of.get(triangle as usize));
+        part.is_some_and(|&part| {
+            let size = self.scenery.of_part[part as usize].len();
+            self.twins[part as usize] != NO_PARTNER && size * SMALL <= self.part_of.len()
+        })
+    }
+
+    /// Triangles of a part at full detail, how many of them are left.
+    pub fn triangles_of(&self, part: u32) -> (&[u32], u32) {
+        (&self.scenery.of_part[part as usize], self.left[part as usize])
+    }
+
+    /// The part of which these triangles are all that is left.
+    fn part_of_last(&self, dying: &[u32]) -> Option<usize> {
         let part = *self.part_of.get(*dying.first()? as usize)? as usize;
-        (self.left[part] as usize == dying.len()).then_some(self.prices[part])
+        (self.left[part] as usize == dying.len()).then_some(part)
     }
 
     /// A triangle died.
@@ -371,7 +414,7 @@ mod tests {
         let split = split_seams(&mesh.mesh());
         let places = split.position_source.iter().map(|&v| mesh.positions[v as usize]).collect();
         let weights = AttributeWeights { uv: 0.0, normal: 0.0, color: 0.0, layers: 0.0 };
-        (Behind::measure(&mesh.mesh(), &split, [places], &weights, 4.0), split.triangle_source.clone())
+        (Behind::measure(&mesh.mesh(), &split, &[], [places], &weights, 4.0), split.triangle_source.clone())
     }
 
     /// Removes the part of a triangle. Returns its price.

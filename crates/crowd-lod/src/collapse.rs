@@ -28,10 +28,12 @@ use std::collections::BinaryHeap;
 mod costs;
 mod obstacles;
 mod perform;
+mod twins;
 
 /// How much dearer a queued collapse may be when its turn comes, without another look around.
 const STILL_SAME: f32 = 1.000_01;
-/// How much dearer the mirror image of a collapse may be and still follow it at once.
+/// How much dearer the mirror image of a collapse may be and still follow it at once. In a small part that mirrors another one it follows at
+/// any price: two eyes that once differ never come to be alike again (docs/decisions/0075).
 const MIRROR_SLACK: f32 = 2.0;
 /// Collapses between two calls of `progress`.
 const PROGRESS_STEPS: usize = 512;
@@ -192,11 +194,13 @@ impl Run<'_> {
             let Choice { rank, target: t, grown } = self.queued[u as usize].expect("its stamp is that of this entry");
             let fresh = grown == self.grown[t as usize];
             if fresh && self.still_costs(u, t, true, rank, &mut scratch) {
+                let small = self.surface.behind.are_of_small_twin(&scratch.on_edge);
+                let slack = if small { f32::INFINITY } else { rank * MIRROR_SLACK };
                 self.collapse_and_look_around(u, t, &mut scratch, &mut ring);
                 let (u, t) = (self.surface.partners[u as usize], self.surface.partners[t as usize]);
                 // Not asked for its volume: of two that go to one target, the second takes from what the first has taken.
                 let alike = u != NO_PARTNER && t != NO_PARTNER && self.rules.may_move(self.surface.topology, u);
-                if alike && self.still_costs(u, t, false, rank * MIRROR_SLACK, &mut scratch) {
+                if alike && self.still_costs(u, t, false, slack, &mut scratch) {
                     self.collapse_and_look_around(u, t, &mut scratch, &mut ring);
                 }
                 if self.steps.costs.len().is_multiple_of(PROGRESS_STEPS) {
@@ -210,11 +214,15 @@ impl Run<'_> {
 
     /// Performs a collapse that was just looked at, and evaluates its neighbours again.
     fn collapse_and_look_around(&mut self, u: u32, t: u32, scratch: &mut Scratch, ring: &mut Vec<u32>) {
+        let twin = self.surface.behind.twin_of_last(&scratch.on_edge);
         ring.clear();
         ring.extend(scratch.spokes.iter().map(|s| s.to));
         self.collapse(t, scratch);
         for &p in ring.iter() {
             self.look_again(p, u, t, scratch);
+        }
+        if let Some(twin) = twin {
+            self.let_vanish(twin, scratch, ring);
         }
     }
 

@@ -145,7 +145,7 @@ fn collapse(
         || (topology::Topology::new(&split), attributes::Attributes::build(mesh, &split, &minded, diagonal)),
     );
     let mut behind = match options.criteria {
-        Criteria::Wedge => behind::Behind::measure(mesh, &split, some_poses, &minded, diagonal),
+        Criteria::Wedge => behind::Behind::measure(mesh, &split, partners, some_poses, &minded, diagonal),
         Criteria::Peng2011 => behind::Behind::default(),
     };
     let mut normals: Vec<[f32; 3]> = split.variant_source.iter().map(|&v| mesh.normals[v as usize]).collect();

@@ -79,6 +79,41 @@ fn eyes(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> [usize; 2] {
     [1.0, -1.0].map(|side| triangles.iter().filter(|t| t.iter().all(|&v| near(v, side))).count())
 }
 
+/// Two frames in which the head bows, turns and leans to one side, and one eye comes out.
+fn lopsided_motion() -> TestPoses {
+    let turned = |by: f32, out: f32| {
+        let (s, c) = (libm::sinf(by), libm::cosf(by));
+        let head = [[c, -s, 0.0, 0.0], [s, c, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        let mut eye = head;
+        eye[0][3] = -s * out;
+        eye[1][3] = c * out;
+        [head, eye]
+    };
+    TestPoses::even([turned(0.5, 0.01), turned(0.7, 0.02)].concat(), 2)
+}
+
+#[test]
+fn both_eyes_go_together_where_one_moves_and_the_other_does_not() {
+    let mut mesh = character();
+    for v in 0..mesh.positions.len() {
+        let in_left_eye = eyes(&mesh.positions, &[[v as u32; 3]])[0] > 0;
+        mesh.joints[v] = [0, 1, 0, 0];
+        mesh.weights[v] = if in_left_eye { [0.0, 1.0, 0.0, 0.0] } else { [1.0, 0.0, 0.0, 0.0] };
+    }
+    let order = simplify_checked(&mesh, &lopsided_motion(), &quick());
+    let counts: Vec<(u32, [usize; 2])> = order
+        .levels
+        .iter()
+        .map(|level| {
+            let (positions, triangles) = level_at(&mesh, &order, level);
+            (level.triangle_count, eyes(&positions, &triangles))
+        })
+        .collect();
+    let gone = [0, 1].map(|side| counts.iter().find(|(_, eyes)| eyes[side] > 0).expect("full detail has eyes").0);
+    assert!(gone[0] > counts[0].0, "they do go: {counts:?}");
+    assert!(gone[0].abs_diff(gone[1]) <= 4, "{gone:?}");
+}
+
 #[test]
 fn a_level_is_nearly_its_own_mirror_image_and_has_both_eyes_or_none() {
     let mesh = character();

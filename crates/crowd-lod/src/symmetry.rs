@@ -1,4 +1,4 @@
-//! Finds which positions mirror each other, so that a character does not lose one eye first.
+//! Finds which positions mirror each other, and which parts, so that a character does not lose one eye first (docs/decisions/0075).
 
 use crate::behind::diagonal;
 use crate::quadrics::{dot, sub};
@@ -38,6 +38,24 @@ pub(crate) fn find_partners(places: &[[f32; 3]]) -> Vec<u32> {
         }
     }
     best
+}
+
+/// For each part the one that mirrors it, or [`NO_PARTNER`]: all positions of both have their partner in the other. A part is named by its
+/// lowest position. A part that mirrors itself is none's.
+pub(crate) fn pair_parts(part_of_position: &[u32], partners: &[u32]) -> Vec<u32> {
+    let mut twins: Vec<Option<u32>> = vec![None; part_of_position.len()];
+    for (p, &part) in part_of_position.iter().enumerate() {
+        let there = partners.get(p).filter(|&&partner| partner != NO_PARTNER);
+        let there = there.map_or(NO_PARTNER, |&partner| part_of_position[partner as usize]);
+        let twin = twins[part as usize].get_or_insert(there);
+        if *twin != there {
+            *twin = NO_PARTNER;
+        }
+    }
+    let twin = |part: u32| twins[part as usize].unwrap_or(NO_PARTNER);
+    let mutual =
+        |part: u32| Some(twin(part)).filter(|&other| other != NO_PARTNER && other != part && twin(other) == part);
+    (0..twins.len() as u32).map(|part| mutual(part).unwrap_or(NO_PARTNER)).collect()
 }
 
 fn pair_up(places: &[[f32; 3]], cells: &Cells, axis: usize, middle: f32, tolerance: f32) -> Vec<u32> {
@@ -151,6 +169,21 @@ mod tests {
         let partners = find_partners(&places);
         assert_eq!((partners[23], partners[4], partners[5]), (NO_PARTNER, NO_PARTNER, NO_PARTNER));
         assert_eq!(partners[6], 7);
+    }
+
+    #[test]
+    fn parts_are_paired_when_all_of_both_mirrors() {
+        // Parts 0 and 2 mirror each other; 4 mirrors itself; of 6 and 8 one position has its image elsewhere, or none.
+        let parts = [0, 0, 2, 2, 4, 4, 6, 6, 8, 8];
+        let paired = |partners: [u32; 10]| {
+            let found = pair_parts(&parts, &partners);
+            [0, 2, 4, 6, 8].map(|part| found[part])
+        };
+        let none = NO_PARTNER;
+        assert_eq!(paired([3, 2, 1, 0, 5, 4, 8, none, 6, none]), [2, 0, none, none, none]);
+        assert_eq!(paired([3, 2, 1, 0, 4, 9, 8, 7, 6, 5]), [2, 0, none, none, none]);
+        assert_eq!(paired([2, 3, 0, 1, 4, 5, 9, 8, 7, 6]), [2, 0, none, 8, 6]);
+        assert_eq!(pair_parts(&parts, &[]), [none; 10]);
     }
 
     #[test]
