@@ -1,11 +1,12 @@
 //! The bound that a pack stores for a level, against a much denser measurement: every frame, ten times the points.
 
-use crowd_lod::distances_to_surface;
+use crowd_lod::{LodPoses, distances_to_surface};
 use crowd_pack::{LevelRecord, PackContents};
 use crowd_tests::folders::{assets, fixtures};
 use crowdbake::bake::bake_character;
 use crowdbake::lod_target::LodTarget;
-use crowdbake::ordered_mesh::DecodedVertices;
+use crowdbake::measure_levels::{LevelMeasure, LevelShape, MeasuredFrames, measure_in_frame_too, measure_worse_frames};
+use crowdbake::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crowdbake::plan::PlanEntry;
 use crowdbake::pose::pose_positions;
 use crowdbake::unpack::Unpacked;
@@ -135,6 +136,41 @@ fn bounds_hold_on_real_characters() {
     for (path, clips) in cases {
         expect_bounds_to_hold(&assets().join(path), clips, true);
     }
+}
+
+#[test]
+fn a_vertex_that_strays_in_one_frame_alone_is_measured_there() {
+    let contents = crowdbake::bake_file(&fixtures().join("good/straight_tube_should_keep_its_elbow.glb")).unwrap();
+    let character = Unpacked::new(&contents, 0);
+    let mesh = OrderedMesh::of_pack(&character);
+    let palettes: Vec<_> = (0..character.clips.len()).flat_map(|clip| character.palettes(clip)).collect();
+    let joint_count = character.joint_count();
+    let poses = LodPoses { palettes: &palettes, joint_count, frame_weights: &[] };
+    let frame_count = (palettes.len() / joint_count) as u32;
+    // One vertex goes with the joint that bends, from wherever it is.
+    let mut vertices = mesh.vertices.clone();
+    let stiff = |v: &usize| vertices.joints[*v][0] == 0 && vertices.weights[*v][0] == 1.0;
+    let stray = (0..vertices.positions.len()).find(stiff).expect("a vertex of the root");
+    vertices.joints[stray][0] = 1;
+    let shape = [LevelShape::Own(vertices, mesh.order.triangles.clone())];
+    let in_frames = |worst: Vec<u32>| {
+        let frames = MeasuredFrames { mean: vec![0], worst };
+        let palettes = frames.palettes(&poses);
+        (LevelMeasure::new(&mesh, &frames, &palettes, joint_count, 100).measure(&shape), frames)
+    };
+    let (mut errors, frames) = in_frames(Vec::new());
+    let (first, all) = (errors[0], in_frames((1..frame_count).collect()).0[0]);
+    measure_worse_frames(&mesh, &frames, &poses, &shape, &mut errors);
+    let found = errors[0];
+    assert!(found.max_m > 2.0 * first.max_m, "{first:?} {found:?}");
+    assert!((found.max_m - all.max_m).abs() <= 1e-3 * all.max_m, "{found:?} {all:?}");
+    assert!(found.bound_m >= all.max_m && found.rms_m == first.rms_m, "{found:?} {all:?}");
+    // As `verify` does: the same bits.
+    let palette = &palettes[found.max_frame as usize * joint_count..][..joint_count];
+    assert_eq!(measure_in_frame_too(&mesh, &shape[0], first, found.max_frame, palette), found);
+    // Nothing is worse than where it is worst.
+    measure_worse_frames(&mesh, &frames, &poses, &shape, &mut errors);
+    assert_eq!(errors[0], found);
 }
 
 #[test]

@@ -127,6 +127,22 @@ fn an_error_that_was_made_smaller_is_found() {
 }
 
 #[test]
+fn an_error_of_a_refitted_level_that_was_made_smaller_or_larger_is_found() {
+    let bench = Bench::with(&[TUBE]);
+    bench.run(&["bake", &format!("@{TUBE}"), "-o", "@out.crowdpack", "--lod-ratio", "30%", "--refit"]).expect(0);
+    bench.run(&["verify", "@out.crowdpack"]).expect(0);
+    let contents = Pack::open(&bench.path("out.crowdpack")).unwrap().contents().clone();
+    for factor in [0.8, 1.2] {
+        let mut broken = contents.clone();
+        let level = &mut broken.manifest.characters[0].discrete[0].measured;
+        level.max_m *= factor;
+        level.max_frame = 0;
+        broken.write(&bench.path("broken.crowdpack")).expect("the broken pack still opens");
+        fails(bench.run(&["verify", "@broken.crowdpack"]), "errors-measure-again");
+    }
+}
+
+#[test]
 fn bounds_made_smaller_are_found() {
     let fake = |pack: &mut PackContents| {
         pack.levels.iter_mut().for_each(|level| level.bound_m *= 0.5);
