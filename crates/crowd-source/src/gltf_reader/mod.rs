@@ -3,6 +3,7 @@
 //! them.
 
 mod accessors;
+mod bound_nodes;
 mod buffers;
 mod clips;
 mod container;

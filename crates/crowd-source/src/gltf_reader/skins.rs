@@ -11,6 +11,7 @@ use gltf::json::Root;
 use gltf::json::accessor::ComponentType::{F32, I8, I16, U8, U16};
 
 use super::accessors::open_accessor;
+use super::bound_nodes::{BoundNodes, are_equal};
 use super::buffers::Buffers;
 use super::document::describe;
 use super::nodes::NodeTree;
@@ -75,21 +76,23 @@ pub(super) fn rig_of(skin: &Skin, common_from_skin: DMat4, palette: &Palette) ->
     let mut joints: Vec<(u32, DMat4)> =
         skin.joints.iter().map(|(node, bind)| (*node, *bind * skin_from_common)).collect();
     // Skins of other files name one node twice.
-    let mut on_node: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    for (place, (node, _)) in joints.iter().enumerate() {
-        on_node.entry(*node).or_default().push(place);
+    let mut not_taken = BoundNodes::default();
+    for (place, (node, bind)) in joints.iter().enumerate() {
+        not_taken.insert(*node, bind, place as u32);
     }
-    let mut taken = vec![false; joints.len()];
     let mut places = Vec::with_capacity(palette.len());
     for (node, bind) in &palette.joints {
-        let on_node = on_node.get(node).map_or(&[][..], Vec::as_slice);
-        let is_this = |place: &usize| !taken[*place] && are_equal(&joints[*place].1, bind);
-        let place = on_node.iter().copied().find(is_this).unwrap_or_else(|| {
-            joints.push((*node, *bind));
-            taken.push(false);
-            joints.len() - 1
-        });
-        taken[place] = true;
+        let is_this = |place: &u32| are_equal(&joints[*place as usize].1, bind);
+        let place = match not_taken.candidates(*node, bind).filter(is_this).min() {
+            Some(place) => {
+                not_taken.remove(*node, &joints[place as usize].1, place);
+                place as usize
+            }
+            None => {
+                joints.push((*node, *bind));
+                joints.len() - 1
+            }
+        };
         // Vertices keep the very matrix that they are posed by.
         joints[place].1 = *bind;
         places.push(place as u32);
@@ -107,15 +110,6 @@ pub(super) fn rig_of(skin: &Skin, common_from_skin: DMat4, palette: &Palette) ->
 
 fn raw_joint((node, matrix): (u32, DMat4)) -> RawJoint {
     RawJoint { node, inverse_bind: matrix.as_mat4().to_cols_array() }
-}
-
-/// Within 1e-5 of their size.
-fn are_equal(other: &DMat4, inverse_bind: &DMat4) -> bool {
-    let linear = (0..3).map(|c| inverse_bind.col(c).truncate().length()).fold(0.0, f64::max);
-    let shift = inverse_bind.w_axis.truncate().length();
-    let off = (0..3).map(|c| (other.col(c) - inverse_bind.col(c)).truncate().length()).fold(0.0, f64::max);
-    let off_shift = (other.w_axis - inverse_bind.w_axis).truncate().length();
-    off <= 1e-5 * linear && off_shift <= 1e-5 * shift.max(linear)
 }
 
 /// The name of the first skin that the scene shows; empty where it has none.
@@ -189,21 +183,21 @@ pub(super) fn is_invertible(map: &DMat4) -> bool {
 #[derive(Default)]
 pub(super) struct Palette {
     joints: Vec<(u32, DMat4)>,
-    /// By node, the joints on it.
-    on_node: BTreeMap<u32, Vec<u32>>,
+    /// Where they stand.
+    bound: BoundNodes,
 }
 
 impl Palette {
     /// The palette index of a node and inverse bind matrix. Matrices within 1e-5 of their size count as equal: skins that
     /// share a skeleton share its joints.
     pub(super) fn index(&mut self, node: u32, inverse_bind: DMat4) -> u32 {
-        let on_node = self.on_node.entry(node).or_default();
-        if let Some(index) = on_node.iter().find(|i| are_equal(&self.joints[**i as usize].1, &inverse_bind)) {
-            return *index;
+        let is_this = |i: &u32| are_equal(&self.joints[*i as usize].1, &inverse_bind);
+        if let Some(index) = self.bound.candidates(node, &inverse_bind).filter(is_this).min() {
+            return index;
         }
         let index = self.joints.len() as u32;
         self.joints.push((node, inverse_bind));
-        on_node.push(index);
+        self.bound.insert(node, &inverse_bind, index);
         index
     }
 
@@ -217,7 +211,7 @@ impl Palette {
         let mut joint_remap = vec![0; used.len()];
         for (index, joint) in self.joints.into_iter().enumerate().filter(|(index, _)| used[*index]) {
             joint_remap[index] = kept.joints.len() as u16;
-            kept.on_node.entry(joint.0).or_default().push(kept.joints.len() as u32);
+            kept.bound.insert(joint.0, &joint.1, kept.joints.len() as u32);
             kept.joints.push(joint);
         }
         (kept, joint_remap)
