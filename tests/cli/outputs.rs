@@ -38,6 +38,21 @@ fn a_folder_that_takes_no_files_ends_with_3() {
     bench.run(&["bake", &format!("@{TRIANGLE}"), "-o", "/proc/out.crowdpack"]).expect(3).says(&["/proc/out.crowdpack"]);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_pack_larger_than_the_shell_allows_ends_with_3_and_leaves_nothing() {
+    let bench = Bench::with(&[TRIANGLE]);
+    let bake = bench.program(&["bake", &format!("@{TRIANGLE}"), "-o", "@out.crowdpack"]);
+    // Two blocks of 512 bytes, or of 1,024: no pack is so small.
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", "ulimit -f 2; exec \"$0\" \"$@\""]).arg(bake.get_program()).args(bake.get_args());
+    let output = shell.output().expect("a shell is there");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("ulimit -f"), "{said}");
+    assert_eq!(bench.listing(), [TRIANGLE]);
+}
+
 #[test]
 fn missing_folders_are_made_and_nothing_else_is_left() {
     let bench = Bench::with(&[TRIANGLE]);

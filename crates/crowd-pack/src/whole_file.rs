@@ -13,11 +13,12 @@ const SUFFIX: &str = ".crowdpack.tmp";
 /// Writes a file: the old one or the new one is there, never half.
 ///
 /// # Errors
-/// The system's, and a part of the path that is no folder.
+/// The system's, a part of the path that is no folder, and more bytes than the system lets this program write (`ulimit -f`).
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let Some(target) = target_of(path)? else { return std::fs::write(path, bytes) };
     let folder = folder_of(&target);
     split_missing(folder)?;
+    expect_allowed_size(bytes.len() as u64, most_bytes(std::fs::read_to_string(LIMITS).ok().as_deref()))?;
     std::fs::create_dir_all(folder)?;
     let mut file = temporary(".", SUFFIX).tempfile_in(folder)?;
     file.write_all(bytes)?;
@@ -76,6 +77,26 @@ pub fn target_of(path: &Path) -> Result<Option<PathBuf>> {
 /// Neither a file nor a folder, but there.
 pub fn is_device(path: &Path) -> bool {
     path.metadata().is_ok_and(|meta| !meta.is_file() && !meta.is_dir())
+}
+
+/// What this program may do, where Linux says it.
+const LIMITS: &str = "/proc/self/limits";
+
+/// The most bytes that a file of ours may have, as far as the system says: the first number in the line of [`LIMITS`].
+fn most_bytes(limits: Option<&str>) -> Option<u64> {
+    let line = limits?.lines().find_map(|line| line.strip_prefix("Max file size"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+/// A write beyond the limit does not fail: a signal ends the program, and leaves the unfinished file. So it is asked first.
+fn expect_allowed_size(bytes: u64, most: Option<u64>) -> Result<()> {
+    match most {
+        Some(most) if bytes > most => {
+            let what = format!("{bytes} bytes, files may have {most}: raise the limit (ulimit -f)");
+            Err(Error::new(ErrorKind::FileTooLarge, what))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Where a file lies: `.` for a bare name.
@@ -152,6 +173,19 @@ mod tests {
         assert!(!is_device(Path::new("no such file")));
         #[cfg(unix)]
         assert!(is_device(Path::new("/dev/null")));
+    }
+
+    #[test]
+    fn the_largest_file_is_what_the_system_says() {
+        let limits = "Limit                     Soft Limit           Hard Limit           Units\n\
+                      Max cpu time              unlimited            unlimited            seconds\n\
+                      Max file size             4096                 unlimited            bytes\n";
+        assert_eq!(most_bytes(Some(limits)), Some(4096));
+        assert_eq!(most_bytes(Some(&limits.replace("4096", "unlimited"))), None);
+        assert_eq!([most_bytes(Some("")), most_bytes(None)], [None, None]);
+        for (most, fits) in [(None, true), (Some(4096), true), (Some(4095), false), (Some(0), false)] {
+            assert_eq!(expect_allowed_size(4096, most).is_ok(), fits);
+        }
     }
 
     #[test]
