@@ -115,6 +115,8 @@ struct Fit<'a> {
     probes: Probes,
     /// The skins' matrices in each frame.
     matrices: Vec<Vec<Mat3x4>>,
+    /// The pairs of the shape as it is, with its mean squared distance, faces that look another way too.
+    paired: (Vec<Pair>, f64),
     uprights: fit_places::Uprights,
     /// Mean squared distance that a step has to come below.
     most_error: f64,
@@ -144,8 +146,9 @@ impl<'a> Fit<'a> {
             tints: level.vertices.iter().map(|&v| full.tint(order.attribute_source[v as usize])).collect(),
         };
         let uprights = fit_places::Uprights::new(&shape, &matrices);
-        let (pairs, error) = probes.pair(full, &shape, &matrices, false);
-        let held = held::find_held(&shape, &pairs, error);
+        let paired = probes.pair(full, &shape, &matrices, false);
+        let error = paired.1;
+        let held = held::find_held(&shape, &paired.0, error);
         let most_error = MOST_LEFT * error;
         let patches = Patches::new(full, shape.triangles.len());
         let mut fit = Self {
@@ -156,6 +159,7 @@ impl<'a> Fit<'a> {
             shape,
             probes,
             matrices,
+            paired,
             uprights,
             most_error,
             held,
@@ -204,41 +208,42 @@ impl<'a> Fit<'a> {
         let Self { full, probes, matrices, .. } = self;
         let rims = Rims::new(full, &self.shape, &self.patches, self.plain_factor);
         let mut rim_pairs = rims.pair(&self.shape);
-        let (mut pairs, _) = probes.pair(full, &self.shape, matrices, false);
         for _ in 0..rounds {
-            let uvs = fit_uvs::fit_uvs(full, &self.shape, &pairs, &self.dress.materials, &self.level);
+            let pairs = self.paired.0.as_slice();
+            let uvs = fit_uvs::fit_uvs(full, &self.shape, pairs, &self.dress.materials, &self.level);
             let corner_uvs: Vec<[[f32; 2]; 3]> =
                 self.level.triangles.iter().map(|t| t.map(|v| uvs[v as usize])).collect();
             let objective = |shape: &Shape, pairs: &[Pair], rim_cost: f64| {
                 pulls::objective(full, shape, &corner_uvs, matrices, pairs) + rim_cost
             };
-            let now = objective(&self.shape, &pairs, rim_pairs.1);
-            let pulls = (pairs.as_slice(), rim_pairs.0.as_slice());
+            let now = objective(&self.shape, pairs, rim_pairs.1);
+            let pulls = (pairs, rim_pairs.0.as_slice());
             let moves = fit_places::solve_places(full, &self.shape, &corner_uvs, matrices, pulls, &self.held);
             let better = [1.0, 0.5, 0.25].into_iter().find_map(|step| {
                 let moved = fit_places::move_places(&self.shape, matrices, &moves, step, &self.uprights)?;
-                let (pairs, error) = probes.pair(full, &moved, matrices, false);
+                let paired = probes.pair(full, &moved, matrices, false);
                 let rim_pairs = rims.pair(&moved);
-                let less = objective(&moved, &pairs, rim_pairs.1) < now && error <= self.most_error;
-                less.then_some((moved, pairs, rim_pairs))
+                let less = objective(&moved, &paired.0, rim_pairs.1) < now && paired.1 <= self.most_error;
+                less.then_some((moved, paired, rim_pairs))
             });
             let Some(better) = better else { break };
-            (self.shape, pairs, rim_pairs) = better;
+            (self.shape, self.paired, rim_pairs) = better;
         }
     }
 
     /// One pass over the weights, taken back where it does not make the objective less.
     fn fit_weights(&mut self) {
         let Self { full, probes, matrices, .. } = self;
-        let (pairs, before) = probes.pair(full, &self.shape, matrices, false);
-        let uvs = fit_uvs::fit_uvs(full, &self.shape, &pairs, &self.dress.materials, &self.level);
+        let (pairs, before) = &self.paired;
+        let uvs = fit_uvs::fit_uvs(full, &self.shape, pairs, &self.dress.materials, &self.level);
         let corner_uvs: Vec<[[f32; 2]; 3]> = self.level.triangles.iter().map(|t| t.map(|v| uvs[v as usize])).collect();
-        let now = pulls::objective(full, &self.shape, &corner_uvs, matrices, &pairs);
-        let fitted = fit_weights::fit_weights(full, &self.shape, &corner_uvs, matrices, &pairs, &self.uprights);
+        let now = pulls::objective(full, &self.shape, &corner_uvs, matrices, pairs);
+        let fitted = fit_weights::fit_weights(full, &self.shape, &corner_uvs, matrices, pairs, &self.uprights);
         let Some((shape, fitted)) = fitted else { return };
-        let (pairs, after) = probes.pair(full, &shape, &fitted, false);
-        if pulls::objective(full, &shape, &corner_uvs, &fitted, &pairs) < now && after <= before.max(self.most_error) {
-            (self.shape, self.matrices) = (shape, fitted);
+        let paired = probes.pair(full, &shape, &fitted, false);
+        let less = pulls::objective(full, &shape, &corner_uvs, &fitted, &paired.0) < now;
+        if less && paired.1 <= before.max(self.most_error) {
+            (self.shape, self.matrices, self.paired) = (shape, fitted, paired);
         }
     }
 
@@ -259,12 +264,11 @@ impl<'a> Fit<'a> {
         for &(t, corners) in &turned {
             shape.triangles[t] = corners.map(|v| shape.skin_of[v as usize]);
         }
-        let (_, before) = probes.pair(full, &self.shape, matrices, false);
-        let (_, after) = probes.pair(full, &shape, matrices, false);
-        if after > before.max(self.most_error) {
+        let paired = probes.pair(full, &shape, matrices, false);
+        if paired.1 > self.paired.1.max(self.most_error) {
             return;
         }
-        self.shape = shape;
+        (self.shape, self.paired) = (shape, paired);
         turned.iter().for_each(|&(t, corners)| self.level.triangles[t] = corners);
         self.uprights.renew(&self.shape, matrices, &turned);
     }

@@ -28,6 +28,18 @@ struct Aim {
     share: f32,
 }
 
+/// When a coordinate was looked at last: where nothing around it has moved since, a look would find what it found.
+#[derive(Debug, Clone, Copy, Default)]
+struct Look {
+    /// Looks are counted over all coordinates, from 1.
+    at: u64,
+    /// The look in which it moved last.
+    moved_at: u64,
+    step: f32,
+    /// What it cost where it then was.
+    cost: f64,
+}
+
 /// Coordinates at least as good as `uvs` by the colours that the pairs see. `level`: as it was before the fit.
 pub(crate) fn fit_colors(
     full: &FullDetail<'_>,
@@ -67,7 +79,8 @@ pub(crate) fn fit_colors(
     for (t, triangle) in corners.iter().enumerate() {
         triangle.iter().for_each(|&g| around[g as usize].push(t as u32));
     }
-    let cost = |now: &[[f32; 2]], g: usize| -> f64 {
+    // No term is below zero: once the sum reaches `enough` it stays there.
+    let cost = |now: &[[f32; 2]], g: usize, enough: f64| -> f64 {
         let mut sum = 0.0;
         for &t in &around[g] {
             let uv = corners[t as usize].map(|g| now[g as usize]);
@@ -76,6 +89,9 @@ pub(crate) fn fit_colors(
                 let at = [0, 1].map(|k| (0..3).map(|c| uv[c][k] * aim.weights[c]).sum());
                 let off = sub(full.color(material_of[g], at, aim.tint), aim.wanted);
                 sum += f64::from(aim.share * dot(off, off));
+                if sum >= enough {
+                    return sum;
+                }
             }
         }
         sum
@@ -84,13 +100,24 @@ pub(crate) fn fit_colors(
         let [a, b, c] = corners[t as usize].map(|g| uvs[g as usize]);
         (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
     };
+    let mut looks = vec![Look::default(); count];
+    let mut clock = 0;
     for step in STEPS.into_iter().flat_map(|step| [step; SWEEP_COUNT]) {
         for g in 0..count {
             if around[g].is_empty() {
                 continue;
             }
+            let last = looks[g];
+            let of_look = |g: &u32| looks[*g as usize].moved_at;
+            let moved_at = around[g].iter().flat_map(|&t| corners[t as usize].iter().map(of_look)).max().unwrap_or(0);
+            let seen = last.at > 0;
+            let quiet = seen && moved_at < last.at;
+            if quiet && last.step == step {
+                continue;
+            }
             let before = now[g];
-            let mut best = (cost(&now, g), before);
+            let known = seen && moved_at <= last.at;
+            let mut best = (if known { last.cost } else { cost(&now, g, f64::INFINITY) }, before);
             let chart = charts.of_triangle[around[g][0] as usize];
             let mut length = 0.0;
             for &t in &around[g] {
@@ -104,12 +131,15 @@ pub(crate) fn fit_colors(
             let inside =
                 !at_corner && charts.to_rim(chart, first[g]).is_none_or(|(_, distance)| distance > 1.0e-4 * length);
             let half = [0, 1].map(|k| (first[g][k] + before[k]) / 2.0);
-            let mut tried = vec![first[g]];
-            let step = step * length;
+            // What does not go by the step was tried before.
+            let mut tried = if quiet { Vec::new() } else { vec![first[g]] };
+            let way = step * length;
             let beside = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)]
-                .map(|(u, v)| [before[0] + u * step, before[1] + v * step]);
+                .map(|(u, v)| [before[0] + u * way, before[1] + v * way]);
             if inside {
-                tried.push(half);
+                if !quiet {
+                    tried.push(half);
+                }
                 tried.extend(beside);
             } else if !at_corner {
                 // On the rim it slides along it: half way, too, it is there, and not on its way to another side or around a corner.
@@ -131,12 +161,16 @@ pub(crate) fn fit_colors(
                 if !upright {
                     continue;
                 }
-                let cost = cost(&now, g);
-                if cost < best.0 * (1.0 - LEAST_GAIN) {
+                let enough = best.0 * (1.0 - LEAST_GAIN);
+                let cost = cost(&now, g, enough);
+                if cost < enough {
                     best = (cost, uv);
                 }
             }
             now[g] = best.1;
+            clock += 1;
+            let moved_at = if best.1 == before { last.moved_at } else { clock };
+            looks[g] = Look { at: clock, moved_at, step, cost: best.0 };
         }
     }
     groups.iter().map(|&g| now[g as usize]).collect()

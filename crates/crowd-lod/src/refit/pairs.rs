@@ -12,6 +12,7 @@ use crate::measure::{Sample, spread_samples};
 use crate::quadrics::{cross, dot, sub};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Distance within which two surfaces count as one, in shares of the diagonal: of two that lie on each other a point keeps to its own.
 const SAME_PLACE: f32 = 1.0e-5;
@@ -106,7 +107,12 @@ pub(crate) struct Probes {
     groups: NodeGroups,
     /// Whether each layer has a triangle left.
     alive: Vec<bool>,
+    /// For each point of either side, the triangle that was closest when it looked last: where the next search starts, whatever it finds.
+    nearest: [Vec<AtomicU32>; 2],
 }
+
+/// No triangle was closest yet.
+const NONE_YET: u32 = u32::MAX;
 
 impl Probes {
     /// Spreads `count` points over each side.
@@ -117,13 +123,10 @@ impl Probes {
         let layers = full.layers[..shape.triangles.len()].to_vec();
         let mut alive = vec![false; full.layers.iter().max().map_or(0, |&most| most as usize + 1)];
         layers.iter().for_each(|&layer| alive[layer as usize] = true);
-        Self {
-            full: full.spread(count),
-            level: spread_samples(&bind, &shape.triangles, count),
-            groups: tree.group_by(layers),
-            tree,
-            alive,
-        }
+        let sides = [full.spread(count), spread_samples(&bind, &shape.triangles, count)];
+        let nearest = sides.each_ref().map(|side| side.iter().map(|_| AtomicU32::new(NONE_YET)).collect());
+        let [full, level] = sides;
+        Self { full, level, groups: tree.group_by(layers), tree, alive, nearest }
     }
 
     /// All pairs of the shape with its mean squared distance over both sides. `facing`: only faces that look the same way
@@ -173,30 +176,25 @@ impl Probes {
         let posed = shape.pose(matrices);
         let mut tree = self.tree.clone();
         tree.refit(&posed, &shape.triangles);
-        let mut pairs = Vec::with_capacity((self.full.len() + self.level.len()) / full.frames.len() + 2);
-        let mut sum = 0.0;
         let step = full.frames.len();
         let share = |count: usize| (frame.weight * step as f64 / count.max(1) as f64) as f32;
         let to_level = share(self.full.len());
-        let mut last = None;
-        for sample in self.full.iter().skip(f).step_by(step) {
+        let from_full = |sample: &Sample, first: Option<u32>| {
             let (corners, weights, point) = place(sample, &frame.posed, &full.triangles);
             let outward = normal(corners);
             let facing = facing.then_some(outward);
             let layer = full.layers[sample.triangle as usize];
             let own = (looks.is_none() && self.alive[layer as usize]).then_some((&self.groups, layer));
             let search = |own: Option<(&NodeGroups, u32)>, farthest| {
-                tree.closest_point_near(point, &posed, &shape.triangles, facing, last, own, farthest)
+                tree.closest_point_near(point, &posed, &shape.triangles, facing, first, own, farthest)
             };
-            let Some(hit) = search(own, f32::INFINITY) else { continue };
+            let hit = search(own, f32::INFINITY)?;
             let hit = looks.map_or(hit, |looks| looks.keep_to(&looks.level, sample.triangle, hit, search));
-            last = Some(hit.triangle);
             let corners = shape.triangles[hit.triangle as usize].map(|v| posed[v as usize]);
             let at = mix(corners, hit.weights);
             let offset = sub(at, point);
             let below = facing.is_none() && dot(offset, outward) < 0.0;
-            sum += f64::from(to_level * hit.distance_squared);
-            pairs.push(Pair {
+            let pair = Pair {
                 frame: f as u32,
                 triangle: hit.triangle,
                 weights: hit.weights,
@@ -205,23 +203,21 @@ impl Probes {
                 offset,
                 contact: contact(&hit, corners),
                 share: if below { BELOW * to_level } else { to_level },
-            });
-        }
+            };
+            Some((pair, hit.triangle, to_level * hit.distance_squared))
+        };
         let to_full = share(self.level.len());
-        let mut last = None;
-        for sample in self.level.iter().skip(f).step_by(step) {
+        let from_level = |sample: &Sample, first: Option<u32>| {
             let (corners, weights, point) = place(sample, &posed, &shape.triangles);
             let facing = facing.then(|| normal(corners));
             let own = looks.is_none().then(|| (&full.groups, full.layers[sample.triangle as usize]));
             let search = |own: Option<(&NodeGroups, u32)>, farthest| {
-                frame.tree.closest_point_near(point, &frame.posed, &full.triangles, facing, last, own, farthest)
+                frame.tree.closest_point_near(point, &frame.posed, &full.triangles, facing, first, own, farthest)
             };
-            let Some(hit) = search(own, f32::INFINITY) else { continue };
+            let hit = search(own, f32::INFINITY)?;
             let hit = looks.map_or(hit, |looks| looks.keep_to(&looks.full, sample.triangle, hit, search));
-            last = Some(hit.triangle);
             let corners = full.triangles[hit.triangle as usize].map(|v| frame.posed[v as usize]);
-            sum += f64::from(to_full * hit.distance_squared);
-            pairs.push(Pair {
+            let pair = Pair {
                 frame: f as u32,
                 triangle: sample.triangle,
                 weights,
@@ -230,10 +226,45 @@ impl Probes {
                 offset: sub(point, mix(corners, hit.weights)),
                 contact: contact(&hit, corners),
                 share: to_full,
-            });
-        }
-        (pairs, sum)
+            };
+            Some((pair, hit.triangle, to_full * hit.distance_squared))
+        };
+        let (to_level, to_full) = rayon::join(
+            || look_up(&self.full, &self.nearest[0], (f, step), from_full),
+            || look_up(&self.level, &self.nearest[1], (f, step), from_level),
+        );
+        let found = to_level.iter().chain(&to_full).flatten();
+        let sum = found.clone().map(|(_, squared)| f64::from(*squared)).sum();
+        (found.map(|(pair, _)| *pair).collect(), sum)
     }
+}
+
+/// Points that one thread looks up in turn at least, where few frames leave cores idle.
+const IN_TURN: usize = 4096;
+
+/// The pairs of one frame's share of the points of a side, with what each adds to the mean squared distance, in the order of the points: so many
+/// lists as threads may have taken part. `nearest`: from [`Probes`].
+fn look_up(
+    samples: &[Sample],
+    nearest: &[AtomicU32],
+    (first, step): (usize, usize),
+    look: impl Fn(&Sample, Option<u32>) -> Option<(Pair, u32, f32)> + Sync,
+) -> Vec<Vec<(Pair, f32)>> {
+    let (samples, nearest) = (&samples[first.min(samples.len())..], &nearest[first.min(nearest.len())..]);
+    let in_turn = |(samples, nearest): (&[Sample], &[AtomicU32])| {
+        let mut last = None;
+        let one = |(sample, nearest): (&Sample, &AtomicU32)| {
+            // The surfaces hardly move between two calls: what was closest is so again, or nearly. Each point is looked up by one thread.
+            let start = Some(nearest.load(Ordering::Relaxed)).filter(|&known| known != NONE_YET).or(last);
+            let (pair, closest, squared) = look(sample, start)?;
+            last = Some(closest);
+            nearest.store(closest, Ordering::Relaxed);
+            Some((pair, squared))
+        };
+        samples.iter().zip(nearest).step_by(step).filter_map(one).collect()
+    };
+    let points = IN_TURN * step;
+    samples.par_chunks(points).zip(nearest.par_chunks(points)).map(in_turn).collect()
 }
 
 fn place(sample: &Sample, posed: &[[f32; 3]], triangles: &[[u32; 3]]) -> ([[f32; 3]; 3], [f32; 3], [f32; 3]) {
