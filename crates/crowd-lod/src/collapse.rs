@@ -35,6 +35,13 @@ const STILL_SAME: f32 = 1.000_01;
 /// How much dearer the mirror image of a collapse may be and still follow it at once. In a small part that mirrors another one it follows at
 /// any price: two eyes that once differ never come to be alike again (docs/decisions/0075).
 const MIRROR_SLACK: f32 = 2.0;
+/// A place with more triangles is a hub: with all that collapses onto it, it grows, and all others that would go there have to be looked at again.
+const HUB_VALENCE: usize = 1024;
+/// Times that a place is looked at because a hub has grown; then it goes there when its turn comes, if that is allowed, though it may be dearer than
+/// others by now. All of a thousand pages on one edge would take the square of their number.
+const MOST_HUB_LOOKS: u8 = 64;
+/// Beyond all costs that are numbers, and still a number with [`STILL_SAME`].
+const ANY_COST: f32 = f32::MAX / 2.0;
 /// Collapses between two calls of `progress`.
 const PROGRESS_STEPS: usize = 512;
 
@@ -51,6 +58,8 @@ pub(crate) struct Steps {
     pub removed: Vec<u32>,
     /// End of each step in `removed`.
     pub removed_ends: Vec<u32>,
+    /// Collapses onto hubs that were not compared with others once more ([`MOST_HUB_LOOKS`]).
+    pub hurried_count: u32,
     /// What held the positions that are left.
     pub blocked: Blocked,
     /// The same for each position; nothing where no triangle is left.
@@ -110,6 +119,8 @@ pub(crate) fn collapse_edges(
         stamps: vec![0; position_count],
         queued: vec![None; position_count],
         grown: vec![0; position_count],
+        hub_looks: vec![0; position_count],
+        first_alive: 0,
         queue: BinaryHeap::with_capacity(position_count * 2),
         ends_at,
         steps: Steps::default(),
@@ -147,6 +158,10 @@ struct Run<'a> {
     queued: Vec<Option<Choice>>,
     /// For each position, how often its quadric has grown.
     grown: Vec<u32>,
+    /// For each position, how often it was looked at because a hub has grown.
+    hub_looks: Vec<u8>,
+    /// No living triangle comes before this one.
+    first_alive: usize,
     queue: BinaryHeap<Entry>,
     /// Triangles at which enough is collapsed.
     ends_at: u32,
@@ -193,7 +208,11 @@ impl Run<'_> {
             }
             let Choice { rank, target: t, grown } = self.queued[u as usize].expect("its stamp is that of this entry");
             let fresh = grown == self.grown[t as usize];
-            if fresh && self.still_costs(u, t, true, rank, &mut scratch) {
+            let onto_hub = self.surface.topology.valence(t) > HUB_VALENCE;
+            let hurried = onto_hub && self.hub_looks[u as usize] >= MOST_HUB_LOOKS;
+            let most = if hurried { ANY_COST } else { rank };
+            if (fresh || hurried) && self.still_costs(u, t, true, most, &mut scratch) {
+                self.steps.hurried_count += u32::from(hurried);
                 let small = self.surface.behind.are_of_small_twin(&scratch.on_edge);
                 let slack = if small { f32::INFINITY } else { rank * MIRROR_SLACK };
                 self.collapse_and_look_around(u, t, &mut scratch, &mut ring);
@@ -207,6 +226,7 @@ impl Run<'_> {
                     progress(self.steps.costs.len() as f32 / self.stamps.len() as f32);
                 }
             } else {
+                self.hub_looks[u as usize] = self.hub_looks[u as usize].saturating_add(u8::from(onto_hub));
                 self.evaluate(u, &mut scratch);
             }
         }

@@ -171,6 +171,24 @@ fn more_vertices_than_sixteen_bits_count() {
     assert!(last.iter().flatten().any(|&v| v >= 1 << 16));
 }
 
+/// Pages on one edge: all would go to its ends, each collapse there made all others look again. Counted, not timed.
+#[test]
+fn pages_on_one_edge_are_looked_at_a_few_times_each() {
+    for (pages, hurried) in [(1_000, false), (2_500, true)] {
+        let mut mesh = TestMesh::default();
+        let spine = [0.0, 1.0].map(|z| mesh.vertex([0.0, 0.0, z], [0.0, z]));
+        for page in 0..pages {
+            let angle = page as f32 / pages as f32 * std::f32::consts::TAU;
+            let edge = mesh.vertex([libm::cosf(angle), libm::sinf(angle), 0.5], [1.0, 0.5]);
+            mesh.triangle([spine[0], spine[1], edge]);
+        }
+        let order = simplified(&mesh, &TestPoses::rest());
+        assert_eq!(order.seams.hurried_collapse_count > 0, hurried, "{pages}: {:?}", order.seams);
+        let coarsest = order.levels[0].triangle_count;
+        assert!(coarsest < 100, "{coarsest} triangles left, {:?}", order.blocked);
+    }
+}
+
 fn any_matrix() -> impl Strategy<Value = Mat3x4> {
     prop_oneof![
         2 => Just(REST),

@@ -38,7 +38,7 @@ pub(crate) fn reorder_by_collapse(
         triangle_source: triangle_order.iter().map(|&t| split.triangle_source[t as usize]).collect(),
         collapse_map,
         levels: list_levels(split, steps),
-        seams,
+        seams: SeamReport { hurried_collapse_count: steps.hurried_count, ..seams },
         blocked: steps.blocked,
         obstacles: kept
             .iter()

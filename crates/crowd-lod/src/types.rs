@@ -221,6 +221,8 @@ pub struct SeamReport {
     pub non_manifold_edge_count: u32,
     /// Positions where the surface is no (half-)disc: on such an edge, or where several fans meet in a point.
     pub non_manifold_position_count: u32,
+    /// Collapses onto places with more than 1,024 triangles that were not compared with others once more, so that time is bounded; 0 before simplifying.
+    pub hurried_collapse_count: u32,
 }
 
 /// The result: vertices and triangles in collapse order, coarse first.

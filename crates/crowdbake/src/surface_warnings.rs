@@ -12,8 +12,9 @@ use crowd_source::Warning;
 /// | `coincident-triangles` | same three places as another one, other front or attributes: kept |
 /// | `non-manifold-edges` | edges with more than two triangles: kept |
 /// | `non-manifold-positions` | surfaces that meet in a point or on such an edge: kept |
+/// | `hurried-collapses` | collapses onto places with very many triangles, taken in turn instead of by cost |
 pub(crate) fn warn_of_surface(seams: &SeamReport) -> Vec<Warning> {
-    let kinds: [(&'static str, u32, &str); 5] = [
+    let kinds: [(&'static str, u32, &str); 6] = [
         (
             "degenerate-triangles-dropped",
             seams.degenerate_triangle_count,
@@ -39,6 +40,12 @@ pub(crate) fn warn_of_surface(seams: &SeamReport) -> Vec<Warning> {
             "non-manifold-positions",
             seams.non_manifold_position_count,
             "places where surfaces meet in a point or on an edge of more than two triangles; they hinder simplification",
+        ),
+        (
+            "hurried-collapses",
+            seams.hurried_collapse_count,
+            "collapses go to places with more than 1,024 triangles each; of those not always the least visible one was taken first, or it would take hours. \
+             Part the triangles that meet there",
         ),
     ];
     let found = kinds.into_iter().filter(|(_, count, _)| *count > 0);
@@ -99,9 +106,10 @@ mod tests {
             coincident_triangle_count: 3,
             non_manifold_edge_count: 4,
             non_manifold_position_count: 5,
+            hurried_collapse_count: 6,
             ..SeamReport::default()
         };
         let counts: Vec<u64> = warn_of_surface(&seams).iter().map(|warning| warning.count).collect();
-        assert_eq!(counts, [1, 2, 3, 4, 5]);
+        assert_eq!(counts, [1, 2, 3, 4, 5, 6]);
     }
 }

@@ -31,6 +31,9 @@ impl Run<'_> {
             self.surface.behind.remove(i);
             self.steps.removed.push(i);
         }
+        while topology.alive.get(self.first_alive).is_some_and(|&alive| !alive) {
+            self.first_alive += 1;
+        }
         for &i in &moving {
             let corner = topology.corner_at(i, u);
             let variant = topology.triangles[i as usize][corner];
@@ -133,8 +136,8 @@ impl Run<'_> {
     /// A variant that some triangle uses: a vanished part's vertices have to be something.
     fn any_survivor(&self) -> u32 {
         let topology = &self.surface.topology;
-        let alive = topology.alive.iter().position(|&alive| alive).expect("the last part never vanishes");
-        topology.triangles[alive][0]
+        assert!(self.first_alive < topology.alive.len(), "the last part never vanishes");
+        topology.triangles[self.first_alive][0]
     }
 }
 
