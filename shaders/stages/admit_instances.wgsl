@@ -40,6 +40,10 @@ fn is_sound(one: InstanceRecord) -> bool {
 fn admit(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
     let i = block * BLOCK_SIZE + lane;
+    if lane == 0u {
+        atomicStore(&refused_here, 0u);
+    }
+    workgroupBarrier();
     var one = InstanceRecord(vec3f(0.0), 0.0, 0.0, 0u, characters[0].clip_offset, 0.0, 0u, 0.0, 0.0, 0.0);
     if i < min(given_count[0], feed.most) {
         let asked = given[i];

@@ -5,7 +5,8 @@
 @group(0) @binding(0) var<uniform> config: FrameConfig;
 @group(0) @binding(1) var<storage, read> instances: array<InstanceRecord>;
 @group(0) @binding(2) var<storage, read> characters: array<CharacterRecord>;
-@group(0) @binding(3) var<storage, read> lods: array<LodRecord>;
+// LodRecords as words, so that the one that counts is fetched by its number.
+@group(0) @binding(3) var<storage, read> lods: array<u32>;
 @group(0) @binding(4) var<storage, read> culled: array<CullRecord>;
 // Sixteen sums a block; then one step a block.
 @group(0) @binding(5) var<storage, read_write> block_counts: array<u32>;
@@ -63,50 +64,70 @@ fn begin() {
     }
 }
 
-// Of an instance that is small on the screen: its impostor, with the coarsest mesh on the way there; one dot where it may be dots
-// and the water is too low.
-fn impostor_level(character: CharacterRecord, area_px2: f32, product: f32) -> LodRecord {
-    let may_be_dots = area_px2 < config.dot_area_px2;
-    let is_short = may_be_dots && product < f32(character.min_vertex_count);
-    if area_px2 >= config.impostor_area_px2 && !is_short {
-        let vertex_count = character.min_vertex_count + IMPOSTOR_VERTICES;
-        return LodRecord(vertex_count, character.min_triangle_count + IMPOSTOR_TRIANGLES);
-    }
-    if may_be_dots && product < f32(IMPOSTOR_VERTICES) {
-        return LodRecord(DOT_VERTICES, 1u);
-    }
-    return LodRecord(IMPOSTOR_VERTICES, IMPOSTOR_TRIANGLES);
+// Vertices, or triangles where `in_triangles` is BUDGET_TRIANGLES, of an instance that is small on the screen: of its impostor, with the coarsest mesh
+// on the way there; of one dot where it may be dots and the water is too low.
+fn impostor_count(one: Weighed, product: f32, in_triangles: u32) -> u32 {
+    let is_short = one.may_be_dots && product < f32(one.min_vertex_count);
+    let alone = select(IMPOSTOR_VERTICES, IMPOSTOR_TRIANGLES, in_triangles == BUDGET_TRIANGLES);
+    let dot = select(DOT_VERTICES, 1u, in_triangles == BUDGET_TRIANGLES);
+    let is_dot = one.may_be_dots && product < f32(IMPOSTOR_VERTICES);
+    let mesh = select(one.min_vertex_count, one.min_triangle_count, in_triangles == BUDGET_TRIANGLES);
+    return select(select(alone, dot, is_dot), alone + mesh, one.fades && !is_short);
 }
 
-// The level of an instance in water that high.
+// What the search needs to know of an instance.
+struct Weighed {
+    weight: f32,
+    // Counts of vertices between which its level lies.
+    least: f32,
+    most: f32,
+    // Of its entries in the table of levels; of the error tables.
+    first_entry: u32,
+    character: u32,
+    // Whether it is its impostor, or on the way there; whether it may be dots.
+    stands_in: bool,
+    fades: bool,
+    may_be_dots: bool,
+    min_vertex_count: u32,
+    min_triangle_count: u32,
+}
+
+fn weighed(i: u32) -> Weighed {
+    let number = instances[i].character;
+    let area_px2 = culled[i].area_px2;
+    let min_vertex_count = characters[number].min_vertex_count;
+    return Weighed(
+        culled[i].weight,
+        f32(least_count(min_vertex_count, area_px2, config.dot_area_px2, 0.0)),
+        f32(characters[number].vertex_count),
+        characters[number].lod_offset,
+        number,
+        config.weight != WEIGHT_ERROR && stands_in(min_vertex_count, area_px2, config.impostor_area_px2),
+        area_px2 >= config.impostor_area_px2,
+        area_px2 < config.dot_area_px2,
+        min_vertex_count,
+        characters[number].min_triangle_count,
+    );
+}
+
+// Vertices or triangles of its level in water that high. One fetch and no branch: adapters that work on groups of lanes go through all of them.
 // Of the error metric, the height is one over pixels: its product with the pixels a metre takes is one over the metres allowed.
-fn level_in(number: u32, character: CharacterRecord, cull: CullRecord, bits: u32) -> LodRecord {
-    let product = cull.weight * bitcast<f32>(bits);
-    if config.weight == WEIGHT_ERROR {
-        return lods[error_entry(number, product)];
-    }
-    if stands_in(character.min_vertex_count, cull.area_px2, config.impostor_area_px2) {
-        return impostor_level(character, cull.area_px2, product);
-    }
-    let least = least_count(character.min_vertex_count, cull.area_px2, config.dot_area_px2, 0.0);
-    let k = max(min(product, f32(character.vertex_count)), f32(least));
-    return lods[character.lod_offset + u32(k)];
+fn count_in(one: Weighed, bits: u32, in_triangles: u32) -> u32 {
+    let product = one.weight * bitcast<f32>(bits);
+    let k = max(min(product, one.most), one.least);
+    let entry = select(one.first_entry + u32(k), error_entry(one.character, product), config.weight == WEIGHT_ERROR);
+    let count = lods[2u * entry + in_triangles];
+    return select(count, impostor_count(one, product, in_triangles), one.stands_in);
 }
 
 // What an instance takes of the budget in water that high.
-fn spent_in(number: u32, character: CharacterRecord, cull: CullRecord, bits: u32) -> u32 {
-    let level = level_in(number, character, cull, bits);
-    return spent(vec2u(level.vertex_count, level.triangle_count), config.budget_in);
+fn spent_in(one: Weighed, bits: u32) -> u32 {
+    return count_in(one, bits, select(0u, 1u, config.budget_in == BUDGET_TRIANGLES));
 }
 
 // The same in water of four heights.
-fn counts_in(number: u32, character: CharacterRecord, cull: CullRecord, bits: vec4u) -> vec4u {
-    return vec4u(
-        spent_in(number, character, cull, bits.x),
-        spent_in(number, character, cull, bits.y),
-        spent_in(number, character, cull, bits.z),
-        spent_in(number, character, cull, bits.w),
-    );
+fn counts_in(one: Weighed, bits: vec4u) -> vec4u {
+    return vec4u(spent_in(one, bits.x), spent_in(one, bits.y), spent_in(one, bits.z), spent_in(one, bits.w));
 }
 
 fn saturating_add_4(a: vec4u, b: vec4u) -> vec4u {
@@ -153,13 +174,11 @@ fn sum_candidates(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
         if i >= config.instance_count || culled[i].visible == 0u {
             continue;
         }
-        let number = instances[i].character;
-        let character = characters[number];
-        let cull = culled[i];
-        counts_a = saturating_add_4(counts_a, counts_in(number, character, cull, bits_a));
-        counts_b = saturating_add_4(counts_b, counts_in(number, character, cull, bits_b));
-        counts_c = saturating_add_4(counts_c, counts_in(number, character, cull, bits_c));
-        counts_d = saturating_add_4(counts_d, counts_in(number, character, cull, bits_d));
+        let one = weighed(i);
+        counts_a = saturating_add_4(counts_a, counts_in(one, bits_a));
+        counts_b = saturating_add_4(counts_b, counts_in(one, bits_b));
+        counts_c = saturating_add_4(counts_c, counts_in(one, bits_c));
+        counts_d = saturating_add_4(counts_d, counts_in(one, bits_d));
     }
     keep_lane_counts(lane * FILL_CANDIDATES, counts_a);
     keep_lane_counts(lane * FILL_CANDIDATES + 4u, counts_b);
@@ -260,11 +279,9 @@ fn step_of(i: u32) -> u32 {
     if i >= config.instance_count || culled[i].visible == 0u {
         return 0u;
     }
-    let number = instances[i].character;
-    let character = characters[number];
-    let cull = culled[i];
-    let low = spent_in(number, character, cull, fill.low_bits);
-    return max(spent_in(number, character, cull, fill.high_bits), low) - low;
+    let one = weighed(i);
+    let low = spent_in(one, fill.low_bits);
+    return max(spent_in(one, fill.high_bits), low) - low;
 }
 
 @compute @workgroup_size(BLOCK_SIZE)
@@ -320,7 +337,6 @@ fn choose_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocat
     if saturating_add(block_counts[block], sum_up_to(lane)) <= left {
         bits = fill.high_bits;
     }
-    let number = instances[i].character;
-    let level = level_in(number, characters[number], culled[i], bits);
-    choices[i] = LodChoice(level.vertex_count, level.triangle_count);
+    let one = weighed(i);
+    choices[i] = LodChoice(count_in(one, bits, 0u), count_in(one, bits, 1u));
 }

@@ -28,6 +28,8 @@ fn digit_of(i: u32) -> u32 {
 fn count_digits(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
     let i = block * SORT_BLOCK_SIZE + lane;
+    atomicStore(&tallies[lane], 0u);
+    workgroupBarrier();
     if i < config.instance_count {
         atomicAdd(&tallies[digit_of(i)], 1u);
     }
@@ -105,6 +107,10 @@ fn move_entries(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocati
     let i = block * SORT_BLOCK_SIZE + lane;
     let has_entry = i < config.instance_count;
     var digit = 0u;
+    if lane < 14u {
+        atomicStore(&votes[lane], 0u);
+    }
+    workgroupBarrier();
     if has_entry {
         digit = digit_of(i);
         vote(0u, lane);

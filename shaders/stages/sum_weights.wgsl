@@ -8,64 +8,91 @@
 @group(0) @binding(4) var<storage, read_write> block_sums: array<WeightSums>;
 @group(0) @binding(5) var<storage, read_write> sums: WeightSums;
 
-var<workgroup> weights: array<f32, BLOCK_SIZE>;
-var<workgroup> mins: array<u32, BLOCK_SIZE>;
-var<workgroup> visibles: array<u32, BLOCK_SIZE>;
+// Of a group that sums a block of 256 instances: each thread takes four.
+const SUM_GROUP_SIZE: u32 = 64u;
 
-fn reduce_tree(lane: u32) {
-    for (var half = BLOCK_SIZE / 2u; half > 0u; half /= 2u) {
-        workgroupBarrier();
-        if lane < half {
-            weights[lane] += weights[lane + half];
-            mins[lane] = saturating_add(mins[lane], mins[lane + half]);
-            visibles[lane] += visibles[lane + half];
-        }
-    }
-    workgroupBarrier();
+// A sum of each thread.
+var<workgroup> weights: array<f32, SUM_GROUP_SIZE>;
+var<workgroup> mins: array<u32, SUM_GROUP_SIZE>;
+var<workgroup> visibles: array<u32, SUM_GROUP_SIZE>;
+
+fn add(a: WeightSums, b: WeightSums) -> WeightSums {
+    let least = saturating_add(a.min_vertex_count, b.min_vertex_count);
+    return WeightSums(a.weight + b.weight, least, a.visible_count + b.visible_count, 0u, 0u, 0u, 0u, 0u);
 }
 
-@compute @workgroup_size(BLOCK_SIZE)
+fn kept_sum(lane: u32) -> WeightSums {
+    return WeightSums(weights[lane], mins[lane], visibles[lane], 0u, 0u, 0u, 0u, 0u);
+}
+
+fn keep_sum(lane: u32, sum: WeightSums) {
+    weights[lane] = sum.weight;
+    mins[lane] = sum.min_vertex_count;
+    visibles[lane] = sum.visible_count;
+}
+
+// Halves onto halves, of eight.
+fn add_eight(first: u32, step: u32) -> WeightSums {
+    let a = add(kept_sum(first), kept_sum(first + 4u * step));
+    let b = add(kept_sum(first + step), kept_sum(first + 5u * step));
+    let c = add(kept_sum(first + 2u * step), kept_sum(first + 6u * step));
+    let d = add(kept_sum(first + 3u * step), kept_sum(first + 7u * step));
+    return add(add(a, c), add(b, d));
+}
+
+// The sum over all threads, for the first of them: eight times eight, since a barrier costs more than a few additions.
+fn sum_group(lane: u32, sum: WeightSums) -> WeightSums {
+    keep_sum(lane, sum);
+    workgroupBarrier();
+    if lane < 8u {
+        keep_sum(lane, add_eight(lane, 8u));
+    }
+    workgroupBarrier();
+    if lane == 0u {
+        return add_eight(0u, 1u);
+    }
+    return sum;
+}
+
+fn sum_of(i: u32) -> WeightSums {
+    if i >= config.instance_count || culled[i].visible == 0u {
+        return WeightSums();
+    }
+    let area_px2 = culled[i].area_px2;
+    let character = characters[instances[i].character];
+    let least = least_spent(character, area_px2, config.dot_area_px2, config.impostor_area_px2, config.budget_in);
+    return WeightSums(culled[i].weight, least, 1u, 0u, 0u, 0u, 0u, 0u);
+}
+
+@compute @workgroup_size(SUM_GROUP_SIZE)
 fn sum_blocks(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
     let i = block * BLOCK_SIZE + lane;
-    weights[lane] = 0.0;
-    mins[lane] = 0u;
-    visibles[lane] = 0u;
-    if i < config.instance_count {
-        let cull = culled[i];
-        if cull.visible != 0u {
-            weights[lane] = cull.weight;
-            let character = characters[instances[i].character];
-            let area_px2 = cull.area_px2;
-            let dots = config.dot_area_px2;
-            mins[lane] = least_spent(character, area_px2, dots, config.impostor_area_px2, config.budget_in);
-            visibles[lane] = 1u;
-        }
-    }
-    reduce_tree(lane);
+    let near = add(sum_of(i), sum_of(i + 2u * SUM_GROUP_SIZE));
+    let sum = sum_group(lane, add(near, add(sum_of(i + SUM_GROUP_SIZE), sum_of(i + 3u * SUM_GROUP_SIZE))));
     if lane == 0u && block * BLOCK_SIZE < config.instance_count {
-        block_sums[block] = WeightSums(weights[0], mins[0], visibles[0], 0u, 0u, 0u, 0u, 0u);
+        block_sums[block] = sum;
     }
 }
 
-// One group. Each thread adds a run of blocks one by one, then the tree adds the threads.
-@compute @workgroup_size(BLOCK_SIZE)
-fn sum_all(@builtin(local_invocation_index) lane: u32) {
+// Of one of 256 runs of blocks, one by one.
+fn run_sum(number: u32) -> WeightSums {
     let block_count = (config.instance_count + BLOCK_SIZE - 1u) / BLOCK_SIZE;
     let run = (block_count + BLOCK_SIZE - 1u) / BLOCK_SIZE;
-    var weight = 0.0;
-    var min_count = 0u;
-    var visible = 0u;
-    for (var b = lane * run; b < min((lane + 1u) * run, block_count); b++) {
-        weight += block_sums[b].weight;
-        min_count = saturating_add(min_count, block_sums[b].min_vertex_count);
-        visible += block_sums[b].visible_count;
+    var sum = WeightSums();
+    for (var b = number * run; b < min((number + 1u) * run, block_count); b++) {
+        let block = block_sums[b];
+        sum = add(sum, block);
     }
-    weights[lane] = weight;
-    mins[lane] = min_count;
-    visibles[lane] = visible;
-    reduce_tree(lane);
+    return sum;
+}
+
+// One group: each thread takes four runs.
+@compute @workgroup_size(SUM_GROUP_SIZE)
+fn sum_all(@builtin(local_invocation_index) lane: u32) {
+    let near = add(run_sum(lane), run_sum(lane + 2u * SUM_GROUP_SIZE));
+    let sum = sum_group(lane, add(near, add(run_sum(lane + SUM_GROUP_SIZE), run_sum(lane + 3u * SUM_GROUP_SIZE))));
     if lane == 0u {
-        sums = WeightSums(weights[0], mins[0], visibles[0], 0u, 0u, 0u, 0u, 0u);
+        sums = sum;
     }
 }
