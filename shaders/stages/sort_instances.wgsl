@@ -5,7 +5,7 @@
 @group(0) @binding(1) var<uniform> sort: SortPass;
 @group(0) @binding(2) var<storage, read> keys: array<u32>;
 @group(0) @binding(3) var<storage, read> values: array<u32>;
-// Of value d in block b: [d * block_count + b]; behind them the sums of each value.
+// Of value d in block b: [d * block_count + b]; behind them the sums of each value, then of all values before it.
 @group(0) @binding(4) var<storage, read_write> digit_counts: array<u32>;
 @group(0) @binding(5) var<storage, read_write> sorted_keys: array<u32>;
 @group(0) @binding(6) var<storage, read_write> sorted_values: array<u32>;
@@ -100,6 +100,22 @@ fn scan_digits(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocatio
     }
 }
 
+// One group. Replaces the sum of each value by that of all before it: once, instead of in every block.
+@compute @workgroup_size(SORT_BLOCK_SIZE)
+fn scan_values(@builtin(local_invocation_index) lane: u32) {
+    let is_value = lane < (1u << sort.bits);
+    let at = (1u << sort.bits) * block_count() + lane;
+    var sum = 0u;
+    if is_value {
+        sum = digit_counts[at];
+    }
+    places[lane] = sum;
+    scan_group(lane);
+    if is_value {
+        digit_counts[at] = places[lane] - sum;
+    }
+}
+
 @compute @workgroup_size(SORT_BLOCK_SIZE)
 fn move_entries(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
@@ -120,18 +136,12 @@ fn move_entries(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocati
             }
         }
     }
-    places[lane] = 0u;
-    if lane < (1u << sort.bits) {
-        places[lane] = digit_counts[(1u << sort.bits) * blocks + lane];
-    }
-    scan_group(lane);
+    workgroupBarrier();
     if !has_entry {
         return;
     }
-    var place = digit_counts[digit * blocks + block] + rank_of(lane, digit);
-    if digit > 0u {
-        place += places[digit - 1u];
-    }
+    let first = digit_counts[(1u << sort.bits) * blocks + digit];
+    let place = first + digit_counts[digit * blocks + block] + rank_of(lane, digit);
     sorted_keys[place] = keys[i];
     sorted_values[place] = select(values[i], i, sort.is_first == 1u);
 }

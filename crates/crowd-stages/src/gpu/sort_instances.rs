@@ -18,7 +18,7 @@ impl SortInstances {
     /// Compiles the stage.
     pub fn new(device: &wgpu::Device) -> Self {
         let uses = [Use::Uniform, Use::Uniform, Use::Read, Use::Read, Use::Write, Use::Write, Use::Write];
-        let entry_points = ["count_digits", "scan_digits", "move_entries"];
+        let entry_points = ["count_digits", "scan_digits", "scan_values", "move_entries"];
         Self { kernel: Kernel::new(device, "sort_instances", Self::source(), &entry_points, &uses) }
     }
 
@@ -68,7 +68,8 @@ impl SortInstances {
         let groups = instance_count.div_ceil(SORT_BLOCK_SIZE);
         self.kernel.dispatch(pass, 0, bound, groups);
         self.kernel.dispatch(pass, 1, bound, if groups == 0 { 0 } else { 1 << sort.bits });
-        self.kernel.dispatch(pass, 2, bound, groups);
+        self.kernel.dispatch(pass, 2, bound, groups.min(1));
+        self.kernel.dispatch(pass, 3, bound, groups);
     }
 }
 
