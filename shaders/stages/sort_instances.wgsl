@@ -5,7 +5,7 @@
 @group(0) @binding(1) var<uniform> sort: SortPass;
 @group(0) @binding(2) var<storage, read> keys: array<u32>;
 @group(0) @binding(3) var<storage, read> values: array<u32>;
-// Of value d in block b: [d * block_count + b]; behind them the sums of each value, then of all values before it.
+// Of value d in block b: [d * block_count + b]; behind them the sums of each value, which `scan_values` replaces by those of all values before it.
 @group(0) @binding(4) var<storage, read_write> digit_counts: array<u32>;
 @group(0) @binding(5) var<storage, read_write> sorted_keys: array<u32>;
 @group(0) @binding(6) var<storage, read_write> sorted_values: array<u32>;

@@ -29,7 +29,13 @@ fn keys(count: u32, largest: u32) -> Vec<u32> {
 #[test]
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn order_is_equal_for_all_sizes_and_any_number_of_digits() {
-    for (count, largest) in SIZES.into_iter().map(|n| (n, 100)).chain([(1000, 1), (1000, 4096), (5000, 300_000)]) {
+    for (count, largest) in SIZES.into_iter().map(|n| (n, 100)).chain([
+        (1000, 1),
+        (1000, 63),
+        (1000, 4096),
+        (70_000, 4095),
+        (5000, 300_000),
+    ]) {
         let keys = keys(count, largest);
         let (sorted_keys, sorted) = on_gpu(&keys, largest);
         let expected = cpu::sort_instances(&keys);

@@ -37,7 +37,7 @@ const STILL_SAME: f32 = 1.000_01;
 const MIRROR_SLACK: f32 = 2.0;
 /// A place with more triangles is a hub: with all that collapses onto it, it grows, and all others that would go there have to be looked at again.
 const HUB_VALENCE: usize = 1024;
-/// Times that a place is looked at because a hub has grown; then it goes there when its turn comes, if that is allowed, though it may be dearer than
+/// Times that a place is looked at again whose best way leads to a hub; then it goes there when its turn comes, if that is allowed, though it may be dearer than
 /// others by now. All of a thousand pages on one edge would take the square of their number.
 const MOST_HUB_LOOKS: u8 = 64;
 /// Beyond all costs that are numbers, and still a number with [`STILL_SAME`].
@@ -158,7 +158,7 @@ struct Run<'a> {
     queued: Vec<Option<Choice>>,
     /// For each position, how often its quadric has grown.
     grown: Vec<u32>,
-    /// For each position, how often it was looked at because a hub has grown.
+    /// For each position, how often it was looked at again when its best way led to a hub.
     hub_looks: Vec<u8>,
     /// No living triangle comes before this one.
     first_alive: usize,
@@ -209,12 +209,14 @@ impl Run<'_> {
             let Choice { rank, target: t, grown } = self.queued[u as usize].expect("its stamp is that of this entry");
             let fresh = grown == self.grown[t as usize];
             let onto_hub = self.surface.topology.valence(t) > HUB_VALENCE;
-            let hurried = onto_hub && self.hub_looks[u as usize] >= MOST_HUB_LOOKS;
-            let most = if hurried { ANY_COST } else { rank };
-            if (fresh || hurried) && self.still_costs(u, t, true, most, &mut scratch) {
+            let in_turn = fresh && self.still_costs(u, t, true, rank, &mut scratch);
+            let may_hurry = !in_turn && onto_hub && self.hub_looks[u as usize] >= MOST_HUB_LOOKS;
+            let hurried = may_hurry && self.still_costs(u, t, true, ANY_COST, &mut scratch);
+            if in_turn || hurried {
                 self.steps.hurried_count += u32::from(hurried);
-                let small = self.surface.behind.are_of_small_twin(&scratch.on_edge);
-                let slack = if small { f32::INFINITY } else { rank * MIRROR_SLACK };
+                // What was hurried costs more than its rank by now, and so does its mirror image.
+                let at_any_price = hurried || self.surface.behind.are_of_small_twin(&scratch.on_edge);
+                let slack = if at_any_price { ANY_COST } else { rank * MIRROR_SLACK };
                 self.collapse_and_look_around(u, t, &mut scratch, &mut ring);
                 let (u, t) = (self.surface.partners[u as usize], self.surface.partners[t as usize]);
                 // Not asked for its volume: of two that go to one target, the second takes from what the first has taken.

@@ -235,7 +235,8 @@ impl Default for ManifestTarget {
     }
 }
 
-/// A measured level. Distances are those of closest points, both ways, over the frames of [`ManifestMeasuring`].
+/// A measured level. Distances are those of closest points, both ways, over the frames of [`ManifestMeasuring`]; the largest of a
+/// refitted level over its own `max_frame` as well.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ManifestMeasured {
     /// Vertices.

@@ -73,19 +73,27 @@ fn measure_missing(character: &Unpacked<'_>, levels: &[LodRecord]) -> Vec<Manife
 }
 
 /// Clip, and frame within it, of a frame counted over all clips.
-fn clip_of_frame(character: &Unpacked<'_>, mut frame: u32) -> (u32, u32) {
-    for (index, clip) in character.clips.iter().enumerate() {
-        if frame < clip.frame_count {
-            return (index as u32, frame);
-        }
-        frame -= clip.frame_count;
-    }
-    (0, 0)
+fn clip_of_frame(character: &Unpacked<'_>, frame: u32) -> (u32, u32) {
+    clip_at(character.clips.iter().map(|clip| clip.frame_count), frame)
 }
 
 /// A frame of a clip, counted over all clips.
 pub(crate) fn frame_of_clip(character: &Unpacked<'_>, clip: u32, frame: u32) -> u32 {
-    character.clips.iter().take(clip as usize).map(|before| before.frame_count).sum::<u32>() + frame
+    frame_at(character.clips.iter().map(|clip| clip.frame_count), clip, frame)
+}
+
+fn clip_at(frame_counts: impl Iterator<Item = u32>, mut frame: u32) -> (u32, u32) {
+    for (index, count) in frame_counts.enumerate() {
+        if frame < count {
+            return (index as u32, frame);
+        }
+        frame -= count;
+    }
+    (0, 0)
+}
+
+fn frame_at(frame_counts: impl Iterator<Item = u32>, clip: u32, frame: u32) -> u32 {
+    frame_counts.take(clip as usize).sum::<u32>() + frame
 }
 
 /// Palettes of the frames measured, in their order.
@@ -104,4 +112,19 @@ pub(crate) fn palettes_of(character: &Unpacked<'_>, frames: &MeasuredFrames) -> 
         first = end;
     }
     frames.all().flat_map(|frame| by_frame.get(&(frame as usize)).cloned().unwrap_or_default()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_is_found_again_by_its_clip() {
+        let counts = || [3, 1, 4].into_iter();
+        let clips: Vec<(u32, u32)> = (0..8).map(|frame| clip_at(counts(), frame)).collect();
+        assert_eq!(clips, [(0, 0), (0, 1), (0, 2), (1, 0), (2, 0), (2, 1), (2, 2), (2, 3)]);
+        for (frame, &(clip, within)) in clips.iter().enumerate() {
+            assert_eq!(frame_at(counts(), clip, within), frame as u32);
+        }
+    }
 }

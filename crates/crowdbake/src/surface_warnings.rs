@@ -44,7 +44,7 @@ pub(crate) fn warn_of_surface(seams: &SeamReport) -> Vec<Warning> {
         (
             "hurried-collapses",
             seams.hurried_collapse_count,
-            "collapses go to places with more than 1,024 triangles each; of those not always the least visible one was taken first, or it would take hours. \
+            "collapses go to places with more than 1,024 triangles each; of those not always the least visible one was taken first, or it would take the square of their number. \
              Part the triangles that meet there",
         ),
     ];

@@ -319,13 +319,19 @@ fn check_errors(character: &Unpacked<'_>) -> Result<String, String> {
     let palettes = palettes_of(character, &frames);
     let samples = measuring.samples_per_frame.min(MOST_SAMPLES);
     let mut found = LevelMeasure::new(&mesh, &frames, &palettes, character.joint_count(), samples).measure(&shapes);
-    for ((promised, found), shape) in promised.iter().zip(&mut found).zip(&shapes) {
-        // A refitted level may be worst in a frame that no other one is measured in.
+    // A refitted level may be worst in a frame that no other one is measured in.
+    let own_frame = |(promised, shape): (&&ManifestMeasured, &LevelShape)| {
         let frame = frame_of_clip(character, promised.max_clip, promised.max_frame);
-        if matches!(shape, LevelShape::Own(..)) && !frames.all().any(|known| known == frame) {
-            let alone = MeasuredFrames { mean: Vec::new(), worst: vec![frame] };
-            *found = measure_in_frame_too(&mesh, shape, *found, frame, &palettes_of(character, &alone));
-        }
+        (matches!(shape, LevelShape::Own(..)) && !frames.all().any(|known| known == frame)).then_some(frame)
+    };
+    let own: Vec<Option<u32>> = promised.iter().zip(&shapes).map(own_frame).collect();
+    let further = MeasuredFrames { mean: Vec::new(), worst: own.iter().copied().flatten().collect() };
+    let palettes = palettes_of(character, &further);
+    let mut palettes = palettes.chunks_exact(character.joint_count().max(1));
+    for ((frame, found), shape) in own.into_iter().zip(&mut found).zip(&shapes) {
+        let Some(frame) = frame else { continue };
+        let palette = palettes.next().ok_or("a frame that is named has no matrices")?;
+        *found = measure_in_frame_too(&mesh, shape, *found, frame, palette);
     }
     let floor_m = 1e-5 * character.record.height_m.max(character.record.sphere[3]);
     let mut largest = 0.0_f32;

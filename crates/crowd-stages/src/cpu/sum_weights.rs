@@ -35,7 +35,7 @@ pub fn sum_weights(
     sums
 }
 
-/// Blocks by a tree; then runs of blocks, one run a thread, one by one; then the threads by a tree.
+/// Blocks by a tree; then 256 runs of blocks, one by one; then the runs by a tree.
 fn tree_sum(values: &[f32]) -> f32 {
     let blocks: Vec<f32> = values.chunks(BLOCK_SIZE as usize).map(halve_until_one).collect();
     let run = blocks.len().div_ceil(BLOCK_SIZE as usize).max(1);
