@@ -31,24 +31,38 @@ fn a_stages_time_grows_with_its_own_work() {
         println!("not tested: this adapter has no time stamps");
         return;
     }
+    // A stage under another's name fails every time; what others do on the machine does not.
+    let in_one_of_five = |holds: &dyn Fn() -> Result<(), String>| {
+        let mut failed = Vec::new();
+        let held = (0..5).any(|_| holds().map_err(|times| failed.push(times)).is_ok());
+        assert!(held, "{failed:#?}");
+    };
+    in_one_of_five(&reforming_takes_what_it_fills_in);
+    in_one_of_five(&culling_takes_what_it_looks_at);
+}
+
+/// Filling in triangles takes longer than what comes before and after it, and much less where there are none; under its neighbour's name it took a thirtieth of that one.
+fn reforming_takes_what_it_fills_in() -> Result<(), String> {
     let many = case(1000, 30, Weight::Area);
     let mut crowd = renderer(OPTIONS, &many.instances);
     let fine = FrameConfig { budget: u32::MAX, ..many.config };
     let up = synthetic::view(Vec3::new(0.0, 900.0, 0.0), Vec3::new(1.0, 2000.0, 0.0), u32::MAX, Weight::Area, 36);
     let nobody = FrameConfig { instance_count: fine.instance_count, ..FrameConfig::from_camera(&up) };
     let [fine, nobody] = [fine, nobody].map(|config| median_ms(&mut crowd, &config));
-    println!("at full detail: {fine:?}; nobody seen: {nobody:?}");
-    // Filling in triangles takes longer than what comes before and after it, and much less where there are none; under its neighbour's name it took a thirtieth of that one.
     let reform_ms = fine["reform_triangles"];
-    assert!(reform_ms > 2.0 * nobody["reform_triangles"], "{fine:?} {nobody:?}");
-    assert!(reform_ms > 3.0 * fine["write_draw_args"] && reform_ms > fine["place_vertices"], "{fine:?}");
+    let holds = reform_ms > 2.0 * nobody["reform_triangles"]
+        && reform_ms > 3.0 * fine["write_draw_args"]
+        && reform_ms > fine["place_vertices"];
+    holds.then_some(()).ok_or_else(|| format!("at full detail: {fine:?}; nobody seen: {nobody:?}"))
+}
 
-    // The first stage has a time, too.
+/// The first stage has a time, too.
+fn culling_takes_what_it_looks_at() -> Result<(), String> {
     let few = case(64, 30, Weight::Area);
     let mut handful = renderer(OPTIONS, &few.instances);
     let all = case(70_000, 1, Weight::Area);
     let mut masses = renderer(OPTIONS, &all.instances);
     let [few, all] = [median_ms(&mut handful, &few.config), median_ms(&mut masses, &all.config)];
-    println!("more by count: {all:?} and {few:?}");
-    assert!(all["cull_instances"] > 3.0 * few["cull_instances"], "{all:?} {few:?}");
+    let holds = all["cull_instances"] > 3.0 * few["cull_instances"];
+    holds.then_some(()).ok_or_else(|| format!("70,000: {all:?}; 64: {few:?}"))
 }
