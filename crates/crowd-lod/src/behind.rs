@@ -20,6 +20,9 @@ const MOST_WATCHED: usize = 256;
 const SEARCHES: usize = 64;
 /// A part is small that has at most one in so many triangles.
 const SMALL: usize = 50;
+/// Triangles left of a part from which on it follows its mirror image at any price. With more, each is simplified well by itself, and
+/// what differs is not seen.
+const LAST_OF_TWIN: u32 = 24;
 /// Points summed up to prices, in all: so many for each point watched. Afterwards prices stay what they are.
 const SUMMED: usize = 1024;
 
@@ -223,12 +226,13 @@ impl Behind {
         (twin != NO_PARTNER && self.left[twin as usize] > 0).then_some(twin)
     }
 
-    /// Whether triangles are of a small part that another one mirrors.
-    pub fn are_of_small_twin(&self, triangles: &[u32]) -> bool {
+    /// Whether triangles are of a small part that another one mirrors, and that is all but gone.
+    pub fn are_of_last_of_twin(&self, triangles: &[u32]) -> bool {
         let part = triangles.first().and_then(|&triangle| self.part_of.get(triangle as usize));
         part.is_some_and(|&part| {
             let size = self.scenery.of_part[part as usize].len();
-            self.twins[part as usize] != NO_PARTNER && size * SMALL <= self.part_of.len()
+            let small = size * SMALL <= self.part_of.len() && self.left[part as usize] <= LAST_OF_TWIN;
+            self.twins[part as usize] != NO_PARTNER && small
         })
     }
 

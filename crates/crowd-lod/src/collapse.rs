@@ -215,7 +215,7 @@ impl Run<'_> {
             if in_turn || hurried {
                 self.steps.hurried_count += u32::from(hurried);
                 // What was hurried costs more than its rank by now, and so does its mirror image.
-                let at_any_price = hurried || self.surface.behind.are_of_small_twin(&scratch.on_edge);
+                let at_any_price = hurried || self.surface.behind.are_of_last_of_twin(&scratch.on_edge);
                 let slack = if at_any_price { ANY_COST } else { rank * MIRROR_SLACK };
                 self.collapse_and_look_around(u, t, &mut scratch, &mut ring);
                 let (u, t) = (self.surface.partners[u as usize], self.surface.partners[t as usize]);

@@ -26,8 +26,8 @@ const BORDER_WEIGHT: f32 = 2.0;
 const SEAM_WEIGHT: f32 = 0.07;
 /// What it weighs more per squared difference of the colours on its two sides: where red meets white, a seam that moves is seen.
 const SEAM_CONTRAST_WEIGHT: f32 = 1.5;
-/// How many times as much that is where no texture changes on either side: there the seam is all that shows (decision 0058).
-const PLAIN_SEAM_FACTOR: f32 = 4.0;
+/// How many times as much that is where no texture changes on either side: there the seam is all that shows (decisions 0058, 0085).
+const PLAIN_SEAM_FACTOR: f32 = 8.0;
 /// What the worst frame adds to the mean: enough that no single pose breaks, too little to spend triangles on it alone.
 const WORST_WEIGHT: f32 = 0.2;
 
