@@ -3,7 +3,7 @@
 //! One module a step: `full_detail` (with `charts`) and the level's `shape`; `pairs` and `rims` (of `patches`) find which points belong
 //! together; `held` says which places stay; `pulls` says what is made least; `equations` and `solver` make it least, `fit_places` takes the step; `fit_weights` fits
 //! the skinning between the rounds and after them; `fit_normals` and `fit_uvs` (by `fit_attributes`) follow; `flips` turns edges between the rounds, `fit_colors` looks at the
-//! textures, `repaint` at plain colours last.
+//! textures, `turn_normals` at single angles, `repaint` at plain colours last.
 
 mod charts;
 mod equations;
@@ -25,6 +25,7 @@ mod shape;
 mod solver;
 #[cfg(test)]
 mod tests;
+mod turn_normals;
 
 use crate::quadrics::{dot, sub};
 use crate::{CollapseOrder, Level, LevelMesh, LodMesh, LodPoses, Mat3x4, level_mesh};
@@ -39,6 +40,9 @@ const POINTS_PER_TRIANGLE: u32 = 8;
 /// Points a side at least and at most.
 const LEAST_POINTS: u32 = 10_000;
 const MOST_POINTS: u32 = 100_000;
+/// Normals see so many times as many, and at most: few points a vertex are met better than the surface between them.
+const NORMAL_POINTS: u32 = 4;
+const MOST_NORMAL_POINTS: u32 = 200_000;
 /// Share of the mean squared distance that may be left: textures and tilts may cost some of what is won, not all.
 const MOST_LEFT: f64 = 0.9;
 /// Parts that the rounds fall into; between them edges are flipped.
@@ -279,7 +283,9 @@ impl<'a> Fit<'a> {
         let (pairs, _) = self.probes.pair(full, &shape, &self.matrices, true);
         let uvs = fit_uvs::fit_uvs(full, &shape, &pairs, &dress.materials, &level);
         let uvs = fit_colors::fit_colors(full, &shape, &pairs, &dress, &level, &uvs);
-        level.normals = fit_normals::fit_normals(full, &shape, &pairs, &level);
+        let count = (self.probes.count() * NORMAL_POINTS).min(MOST_NORMAL_POINTS);
+        let (close, _) = Probes::new(full, &shape, count).pair(full, &shape, &self.matrices, true);
+        level.normals = fit_normals::fit_and_turn(full, &shape, &close, &self.matrices, &level);
         level.uvs = uvs;
         shape.write(&mut level);
         repaint::repaint(full, order, &self.probes.pair_seen(full, &shape, &self.matrices), &mut level);

@@ -4,9 +4,10 @@ use super::fit_attributes::{REWEIGHT_COUNT, distance, interpolate, number_by_key
 use super::full_detail::FullDetail;
 use super::pairs::{Pair, mix};
 use super::shape::Shape;
-use crate::LevelMesh;
+use super::turn_normals::Aims;
 use crate::quadrics::dot;
 use crate::split_seams::zero_signless_bits;
+use crate::{LevelMesh, Mat3x4};
 
 /// Shorter sums of normals point nowhere: the vertex keeps its own.
 const LEAST_LENGTH: f64 = 1.0e-3;
@@ -14,23 +15,67 @@ const LEAST_LENGTH: f64 = 1.0e-3;
 /// Errors well below this (about 3 degrees) count by their square, larger ones by their size.
 const SMALL_ERROR: f64 = 0.05;
 
-/// For each vertex the normal that, interpolated over the level's triangles, is closest to full detail's.
-///
-/// Vertices of one place that had the same normal keep the same one: smooth seams stay smooth, and hard edges, with a
-/// vertex for each side, hard. `pairs`: of faces that look the same way.
-pub(crate) fn fit_normals(full: &FullDetail<'_>, shape: &Shape, pairs: &[Pair], level: &LevelMesh) -> Vec<[f32; 3]> {
-    let (groups, count) = number_by_key(level.normals.len(), |v| {
-        (shape.skins[shape.skin_of[v] as usize].place, level.normals[v].map(zero_signless_bits))
-    });
-    let mut first = vec![[0.0; 3]; count];
-    for (v, &g) in groups.iter().enumerate() {
-        first[g as usize] = level.normals[v].map(f64::from);
+/// Normals that are fitted: one for the vertices of a place that have the same one, so that smooth seams stay smooth, and hard edges, with a vertex for each
+/// side, hard.
+pub(crate) struct Unknowns {
+    /// Of each vertex.
+    of_vertex: Vec<u32>,
+    /// At the corners of each triangle.
+    pub corners: Vec<[u32; 3]>,
+    /// What they are before.
+    first: Vec<[f64; 3]>,
+}
+
+impl Unknowns {
+    pub fn new(shape: &Shape, level: &LevelMesh) -> Self {
+        let (of_vertex, count) = number_by_key(level.normals.len(), |v| {
+            (shape.skins[shape.skin_of[v] as usize].place, level.normals[v].map(zero_signless_bits))
+        });
+        let mut first = vec![[0.0; 3]; count];
+        for (v, &g) in of_vertex.iter().enumerate() {
+            first[g as usize] = level.normals[v].map(f64::from);
+        }
+        let corners = level.triangles.iter().map(|t| t.map(|v| of_vertex[v as usize])).collect();
+        Self { of_vertex, corners, first }
     }
-    let corners: Vec<[u32; 3]> = level.triangles.iter().map(|t| t.map(|v| groups[v as usize])).collect();
+
+    /// `normals` for each vertex; where they point nowhere, what it had.
+    fn to_vertices(&self, normals: &[[f64; 3]], level: &LevelMesh) -> Vec<[f32; 3]> {
+        let one = |(&g, &before): (&u32, &[f32; 3])| unit(normals[g as usize]).map_or(before, |n| n.map(|c| c as f32));
+        self.of_vertex.iter().zip(&level.normals).map(one).collect()
+    }
+}
+
+/// For each vertex the normal that, interpolated over the level's triangles, is closest to full detail's, by least squares in bind space. `pairs`: of faces that
+/// look the same way.
+pub(crate) fn fit_normals(full: &FullDetail<'_>, shape: &Shape, pairs: &[Pair], level: &LevelMesh) -> Vec<[f32; 3]> {
+    let unknowns = Unknowns::new(shape, level);
+    unknowns.to_vertices(&spread_normals(full, pairs, &unknowns), level)
+}
+
+/// The same, then turned one by one until no angle in the frames can be made less.
+pub(crate) fn fit_and_turn(
+    full: &FullDetail<'_>,
+    shape: &Shape,
+    pairs: &[Pair],
+    matrices: &[Vec<Mat3x4>],
+    level: &LevelMesh,
+) -> Vec<[f32; 3]> {
+    let unknowns = Unknowns::new(shape, level);
+    let spread = spread_normals(full, pairs, &unknowns);
+    let fitted: Vec<[f64; 3]> =
+        spread.iter().zip(&unknowns.first).map(|(&n, &before)| unit(n).unwrap_or(before)).collect();
+    let aims = Aims::new(full, shape, &unknowns, matrices, pairs);
+    let turned = aims.turn_normals(&unknowns.first, &fitted);
+    unknowns.to_vertices(&turned, level)
+}
+
+fn spread_normals(full: &FullDetail<'_>, pairs: &[Pair], unknowns: &Unknowns) -> Vec<[f64; 3]> {
+    let Unknowns { corners, first, .. } = unknowns;
     let mut normals = first.clone();
     for _ in 0..REWEIGHT_COUNT {
         let now = normals;
-        normals = spread_attribute(&corners, &first, pairs, |pair| {
+        normals = spread_attribute(corners, first, pairs, |pair| {
             let at = full.triangles[pair.full_triangle as usize].map(|v| full.mesh.normals[v as usize]);
             let normal = mix(at, pair.full_weights);
             let length = dot(normal, normal).sqrt();
@@ -40,13 +85,11 @@ pub(crate) fn fit_normals(full: &FullDetail<'_>, shape: &Shape, pairs: &[Pair], 
             (length > LEAST_LENGTH as f32).then_some((target, 1.0 / (error + SMALL_ERROR)))
         });
     }
-    let mut out = level.normals.clone();
-    for (v, &g) in groups.iter().enumerate() {
-        let n = normals[g as usize];
-        let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
-        if length > LEAST_LENGTH {
-            out[v] = n.map(|c| (c / length) as f32);
-        }
-    }
-    out
+    normals
+}
+
+/// `None` for what is too short to point anywhere.
+pub(crate) fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
+    let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
+    (length.is_finite() && length > LEAST_LENGTH).then(|| v.map(|c| c / length))
 }

@@ -129,6 +129,11 @@ impl Probes {
         Self { full, level, groups: tree.group_by(layers), tree, alive, nearest }
     }
 
+    /// Points a side.
+    pub fn count(&self) -> u32 {
+        self.full.len().max(self.level.len()) as u32
+    }
+
     /// All pairs of the shape with its mean squared distance over both sides. `facing`: only faces that look the same way
     /// are paired, otherwise points of full detail that the level lies below have more of a share.
     pub fn pair(
