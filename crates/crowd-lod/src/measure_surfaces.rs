@@ -7,6 +7,7 @@
 //! whoever has a pack can measure it again.
 
 mod batches;
+mod memory;
 mod peaks;
 mod points;
 
@@ -15,6 +16,7 @@ use crate::measure::{Sample, place_of, spread_samples};
 use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::{LodPoses, Mat3x4};
 use batches::{Batch, NearOrder, Row, Rows, Side, rows};
+use memory::{CORNERS, EDGES, Remembered};
 use points::{Largest, Points};
 use rayon::prelude::*;
 
@@ -26,8 +28,10 @@ const BOUND_SHARE: f32 = 0.25;
 /// And for rounding, as a share of full detail's diagonal at rest.
 const BOUND_ROUNDING: f32 = 1.0e-6;
 
-/// Levels measured one after the other, so that each knows what was closest at the one before.
-const IN_TURN: usize = 6;
+/// Levels measured one after the other, so that each knows what was closest at the one before: at most, and into how many such turns
+/// they are shared out for the cores to have work.
+const IN_TURN: usize = 16;
+const TURNS: usize = 4;
 
 /// A mesh that moves with joints; one entry per vertex.
 #[derive(Debug, Clone, Copy, Default)]
@@ -176,7 +180,8 @@ impl<'a> SurfaceMeasure<'a> {
             errors.reverse();
             errors
         };
-        levels.par_chunks(IN_TURN).flat_map_iter(in_turn).collect()
+        let count = levels.len().div_ceil(TURNS).clamp(1, IN_TURN);
+        levels.par_chunks(count).flat_map_iter(in_turn).collect()
     }
 
     fn palette(&self, frame: usize) -> &[Mat3x4] {
@@ -186,15 +191,20 @@ impl<'a> SurfaceMeasure<'a> {
 
 /// What was closest at the level before, by triangle: of full detail and of the level.
 #[derive(Default)]
-struct Likely {
+struct Likely<'l> {
     to_level: Vec<u32>,
     to_full: Vec<u32>,
+    /// Triangles of the level before, where it shares its vertices with this one.
+    before: &'l [[u32; 3]],
+    /// How far the points of full detail and of the level lay from those.
+    lost: Remembered,
+    covered: Remembered,
 }
 
-fn measure_level_surface(
+fn measure_level_surface<'l>(
     reference: &SurfaceMeasure<'_>,
-    level: &LevelSurface<'_>,
-    likely: &mut Likely,
+    level: &LevelSurface<'l>,
+    likely: &mut Likely<'l>,
 ) -> SurfaceError {
     let (full, mean_frames, samples) = (&reference.full, reference.mean_frames, reference.sample_count);
     let (surface, own) = match level {
@@ -214,11 +224,21 @@ fn measure_level_surface(
     let mut covered = Points::covering(&surface, own, unchanged);
     covered.sort_by_place(&tree.places(), &likely.to_full);
 
+    let before = std::mem::take(&mut likely.before);
+    let same: Vec<bool> = match level {
+        LevelSurface::Shared(triangles) => {
+            likely.before = triangles;
+            triangles.iter().enumerate().map(|(t, corners)| before.get(t) == Some(corners)).collect()
+        }
+        LevelSurface::Own(_) => Vec::new(),
+    };
+    likely.lost.next_level();
+    likely.covered.next_level();
     let row_triangles = if own { Vec::new() } else { reference.near_order.map(surface.triangles) };
 
     let (mut sum, mut largest) = (0.0_f64, Largest::default());
     // The last frames are the worst: they raise the maximum first, and spare the others their searches.
-    for (batch, full_rows) in Batch::all(reference.posed.len()).iter().zip(&reference.rows) {
+    for (number, (batch, full_rows)) in Batch::all(reference.posed.len()).iter().zip(&reference.rows).enumerate() {
         let originals = &reference.posed[batch.frames()];
         let original_positions: Vec<&[[f32; 3]]> = originals.iter().map(|posed| posed.positions.as_slice()).collect();
         let moved: Vec<Vec<[f32; 3]>> = match own {
@@ -242,8 +262,10 @@ fn measure_level_surface(
                 largest.take(far, batch.first + lane);
             }
         }
-        lost.raise(&mut largest, batch, &full_side, &level_side);
-        covered.raise(&mut largest, batch, &level_side, &full_side);
+        let mut memory = likely.lost.of_batch(number, &same, CORNERS, full.triangles.len(), !own);
+        lost.raise(&mut largest, batch, &full_side, &level_side, &mut memory);
+        let mut memory = likely.covered.of_batch(number, &same, EDGES, surface.triangles.len(), !own);
+        covered.raise(&mut largest, batch, &level_side, &full_side, &mut memory);
     }
     lost.note_closest(&mut likely.to_level);
     covered.note_closest(&mut likely.to_full);

@@ -31,6 +31,18 @@ impl Peaks {
         LEAST_SHARE_SQUARED * largest
     }
 
+    /// The squared distance up to which a point changes nothing: neither what is noted nor the largest distance, `largest`. No less than
+    /// [`Self::least`].
+    pub fn bar(&self, largest: f32) -> f32 {
+        let least = Self::least(largest);
+        if self.highest.len() < TRIANGLES {
+            return least;
+        }
+        let lowest = self.highest.iter().map(|peak| peak.0).fold(f32::INFINITY, f32::min);
+        // Who is as far off as the farthest may yet name another frame.
+        lowest.min(largest.next_down()).max(least)
+    }
+
     /// Notes a point of a triangle, by its squared distance; `largest`: of the farthest so far.
     pub fn note(&mut self, triangle: u32, squared: f32, largest: f32) {
         if squared <= Self::least(largest) {
@@ -169,6 +181,27 @@ mod tests {
         peaks.note(0, 0.01, 1.0);
         assert!(peaks.highest.is_empty());
         assert_eq!(peaks.climb(1.0, &board, &[[0, 1, 2]], &to), 1.0);
+    }
+
+    #[test]
+    fn what_lies_up_to_the_bar_changes_nothing() {
+        let mut peaks = Peaks::default();
+        for t in 0..TRIANGLES as u32 {
+            assert_eq!(peaks.bar(10.0), 2.5, "there is room for more");
+            peaks.note(t, 4.0 + t as f32, 10.0);
+        }
+        assert_eq!((peaks.bar(10.0), peaks.bar(20.0)), (4.0, 5.0));
+        let before = peaks.highest.clone();
+        for t in 0..20 {
+            peaks.note(t, peaks.bar(10.0), 10.0);
+        }
+        assert_eq!(peaks.highest, before);
+        peaks.note(30, peaks.bar(10.0).next_up(), 10.0);
+        assert_ne!(peaks.highest, before);
+        // All are as far as the farthest: one more may be so in a later frame.
+        peaks.highest.fill((10.0, 0));
+        assert!(peaks.bar(10.0) < 10.0);
+        assert_eq!(Peaks::default().bar(0.0), 0.0);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Points whose distances to the other surface are looked at: which ones, and how far they are.
 
 use super::batches::{Batch, LANES, Side};
+use super::memory::Memory;
 use super::peaks::Peaks;
 use super::{MAXIMUM_SAMPLES, Surface, place};
 use crate::closest::{ClosestTriangles, distances_of_lanes};
@@ -124,8 +125,15 @@ impl Points {
     /// Raises `largest` to the largest distance of the points and between the farthest of them, in the frames of a batch.
     ///
     /// A point no farther from one triangle than half the largest distance so far needs no search; what that triangle is decides
-    /// about time alone.
-    pub fn raise(&mut self, largest: &mut Largest, batch: &Batch, from: &Side<'_>, to: &Side<'_>) {
+    /// about time alone. Nor does one of which `memory` knows that.
+    pub fn raise(
+        &mut self,
+        largest: &mut Largest,
+        batch: &Batch,
+        from: &Side<'_>,
+        to: &Side<'_>,
+        memory: &mut Memory<'_>,
+    ) {
         let mut peaks: [Peaks; LANES] = Default::default();
         let vectors = Vectors::new();
         let mut last_found = 0;
@@ -133,10 +141,18 @@ impl Points {
             let (mut at, step) = (0, if ahead { AHEAD } else { 1 });
             while at < self.samples.len() {
                 let (mut chunk, mut count) = ([0_usize; AT_ONCE], 0);
+                let least = Peaks::least(largest.squared);
                 while at < self.samples.len() && count < AT_ONCE {
                     if ahead || at % AHEAD != 0 {
-                        chunk[count] = at;
-                        count += 1;
+                        let mut counts = true;
+                        if let Some(known) = memory.recall(&self.samples[at]) {
+                            self.closest[at] = known.triangle;
+                            counts = known.bound > least;
+                        }
+                        if counts {
+                            chunk[count] = at;
+                            count += 1;
+                        }
                     }
                     at += step;
                 }
@@ -155,8 +171,9 @@ impl Points {
                     }
                 });
                 for (near, &i) in near.iter_mut().zip(chunk) {
-                    self.search(i, near, largest, batch, from, to, &mut peaks);
+                    let bound = self.search(i, near, largest, batch, from, to, &mut peaks);
                     last_found = self.closest[i];
+                    memory.note(&self.samples[i], last_found, bound);
                 }
             }
         }
@@ -174,7 +191,8 @@ impl Points {
         }
     }
 
-    /// Searches for one point in the frames in which it may be of interest. `near`: distances to what was closest last.
+    /// Searches for one point in the frames in which it may be of interest. `near`: distances to what was closest last. Gives the largest
+    /// distance in any frame to what is closest afterwards.
     #[allow(clippy::too_many_arguments, reason = "two sides, a point, and what is found")]
     fn search(
         &mut self,
@@ -185,9 +203,13 @@ impl Points {
         from: &Side<'_>,
         to: &Side<'_>,
         peaks: &mut [Peaks; LANES],
-    ) {
+    ) -> f32 {
+        let mut bound = largest_of(near);
         for lane in (0..batch.count).rev() {
-            let enough = Peaks::least(largest.squared);
+            if near[lane] <= Peaks::least(largest.squared) {
+                continue;
+            }
+            let enough = peaks[lane].bar(largest.squared);
             if near[lane] <= enough {
                 continue;
             }
@@ -201,10 +223,16 @@ impl Points {
             if found != self.closest[i] {
                 self.closest[i] = found;
                 let nearer = distances_of_lanes(&from.point(sample), &to.corners(found));
+                bound = largest_of(&nearer);
                 near.iter_mut().zip(nearer).for_each(|(near, nearer)| *near = near.min(nearer));
             }
         }
+        bound
     }
+}
+
+fn largest_of(row: &[f32; LANES]) -> f32 {
+    row.iter().copied().fold(0.0, f32::max)
 }
 
 /// The largest distance found so far, squared, and its frame.
