@@ -11,8 +11,10 @@ const BLOCK_SIZE: u32 = 256u;
 const INSTANCE_GROUP_SIZE: u32 = 64u;
 // Threads of a sorting group, each with one instance; also the most values of a digit.
 const SORT_BLOCK_SIZE: u32 = 64u;
-// Heights that fill_budget tries in one pass.
+// Heights that fill_budget's twin tries in one pass; those that the stage tries in a round; chunks of instances that it sums at most.
 const FILL_CANDIDATES: u32 = 16u;
+const FILL_TRIED: u32 = 8u;
+const FILL_CHUNKS: u32 = 1024u;
 // Entries of a character's error table, float bits of the first and of one.
 const ERROR_ENTRIES: u32 = 1024u;
 const ERROR_FIRST_BITS: u32 = 0x37800000u;
@@ -264,7 +266,13 @@ struct FillState {
     goal: u32,
     high_count: u32,
     smooth_bits: u32,
-    reserved: u32,
+    edge: u32,
+    low_cell: u32,
+    high_cell: u32,
+    low_slot: u32,
+    high_slot: u32,
+    cells: array<u32, FILL_TRIED>,
+    heights: array<u32, FILL_TRIED>,
 }
 
 struct PyramidLevel {

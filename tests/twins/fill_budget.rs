@@ -7,10 +7,21 @@ use crowd_tests::gpu;
 use proptest::prelude::*;
 
 fn on_gpu(case: &Case, lods: &[LodRecord], selected: &Selected) -> (Vec<LodChoice>, FillState, WeightSums) {
+    on_gpu_after(case, lods, selected, 0, case.count())
+}
+
+/// The same after a frame with water so high; recorded for so many instances, of which the case has some.
+fn on_gpu_after(
+    case: &Case,
+    lods: &[LodRecord],
+    selected: &Selected,
+    low_bits: u32,
+    recorded: u32,
+) -> (Vec<LodChoice>, FillState, WeightSums) {
     let stage = FillBudget::new(&gpu::device().0);
     let sums = gpu::storage(&[cpu::sum_weights(case.data, &case.instances, &selected.culled, &case.config)]);
     let choices = gpu::output::<LodChoice>(case.instances.len());
-    let fill = gpu::output::<FillState>(1);
+    let fill = gpu::storage(&[FillState { low_bits, ..Default::default() }]);
     let bound = stage.bind(
         &gpu::device().0,
         &gpu::uniform(&case.config),
@@ -18,12 +29,12 @@ fn on_gpu(case: &Case, lods: &[LodRecord], selected: &Selected) -> (Vec<LodChoic
         &gpu::storage(&case.data.characters),
         &gpu::storage(lods),
         &gpu::storage(&selected.culled),
-        &gpu::output::<u32>(FillBudget::block_count_words(case.count()).max(1) as usize),
+        &gpu::output::<u32>(FillBudget::block_count_words(recorded) as usize),
         &fill,
         &sums,
         &choices,
     );
-    gpu::run(|pass| stage.record(pass, &bound, case.count()));
+    gpu::run(|pass| stage.record(pass, &bound, recorded));
     (gpu::read(&choices, case.instances.len()), gpu::read(&fill, 1)[0], gpu::read(&sums, 1)[0])
 }
 
@@ -68,6 +79,45 @@ fn levels_with_dots_and_impostors_are_equal_for_all_sizes_and_budgets() {
         assert_eq!(first_difference(&choices, &expected.0), None, "{} of {}", case.config.budget, case.count());
         assert_eq!((fill.low_bits, fill.low_count), (expected.1.low_bits, expected.1.low_count));
         assert_eq!(sums.min_vertex_count, expected.2.min_vertex_count);
+    }
+}
+
+/// The search begins where the water was, finds the same from anywhere, and knows when it has.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn levels_are_those_of_a_search_from_the_beginning_wherever_the_water_was() {
+    let quantized = buckets().quantized_lods(data());
+    for case in [case(1000, 30, Weight::Area), case(65, 90, Weight::AreaDistance), dotted(case(1000, 7, Weight::Area))]
+    {
+        let selected = case.select_culled();
+        let expected = on_cpu(&case, &quantized, &selected);
+        let top = f32::from_bits(expected.1.low_bits);
+        let factors = [1e-30, 0.1, 0.7, 0.96, 0.999, 1.0, 1.001, 1.02, 1.3, 3.0, 1e9, 1e24];
+        for hint in factors.map(|factor| (top * factor).to_bits()).into_iter().chain([1, u32::MAX]) {
+            let (choices, fill, sums) = on_gpu_after(&case, &quantized, &selected, hint, case.count());
+            assert_eq!(first_difference(&choices, &expected.0), None, "{hint:#x}");
+            let of = |f: FillState| (f.low_bits, f.high_bits, f.low_count, f.high_count);
+            assert_eq!(of(fill), of(expected.1), "{hint:#x}");
+            assert!(fill.smooth_bits.abs_diff(expected.1.smooth_bits) <= 2, "{fill:?}, {:?}", expected.1);
+            assert_eq!(fill.high_cell, fill.low_cell + 1, "{hint:#x}: found");
+            assert_eq!(sums.water_bits, expected.2.water_bits);
+        }
+    }
+}
+
+/// Chunks of more than one block, and a frame of fewer people than it is recorded for, who are then in more chunks.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn levels_of_a_large_crowd_are_equal() {
+    let quantized = buckets().quantized_lods(data());
+    for (count, recorded) in [(300_000, 300_000), (262_144, 262_145), (200_000, 600_000)] {
+        let case = dotted(case(count, 6, Weight::Area));
+        let selected = case.select_culled();
+        let (choices, fill, _) = on_gpu_after(&case, &quantized, &selected, 0, recorded);
+        let expected = on_cpu(&case, &quantized, &selected);
+        assert_eq!(first_difference(&choices, &expected.0), None, "{count} of {recorded}");
+        assert_eq!((fill.low_bits, fill.low_count), (expected.1.low_bits, expected.1.low_count));
+        assert!(fill.edge < 1024 && expected.1.low_count > 0, "somebody takes a step: {fill:?}");
     }
 }
 

@@ -1,8 +1,11 @@
-//! Dispatches of water filling: three passes of the search, then the steps' prefix sums and the levels.
+//! Dispatches of water filling: the search in rounds, then the steps' prefix sums and the levels.
 
 use super::kernel::{Kernel, Use, blocks, stage_source};
-use crate::cpu::FILL_PASSES;
-use crate::dispatch::FILL_CANDIDATES;
+use crate::dispatch::{FILL_CHUNKS, FILL_TRIED};
+
+/// Rounds of the search. The first looks around a guess. Of the 4,335 heights that may be left, eight cut ninths: 4334, 481, 53, 5, none.
+/// Where the first has left at most 130, the second tries eight neighbours, and two more do: 122, 13, 1, none.
+const FILL_ROUNDS: u32 = 5;
 
 /// Shader: `shaders/stages/fill_budget.wgsl`. Twin: [`crate::cpu::fill_budget`].
 pub struct FillBudget {
@@ -22,13 +25,23 @@ impl FillBudget {
     pub fn new(device: &wgpu::Device) -> Self {
         let uses =
             [Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Read, Use::Write, Use::Write, Use::Write, Use::Write];
-        let entry_points = ["begin", "sum_candidates", "narrow", "sum_steps", "scan_steps", "choose_levels"];
+        let entry_points = [
+            "begin",
+            "sum_heights",
+            "narrow",
+            "sum_steps",
+            "scan_steps",
+            "scan_counts",
+            "choose_levels",
+            "choose_edge",
+        ];
         Self { kernel: Kernel::new(device, "fill_budget", Self::source(), &entry_points, &uses) }
     }
 
     /// Words of `block_counts` for that many instances.
     pub fn block_count_words(instance_count: u32) -> u64 {
-        u64::from(blocks(instance_count)) * u64::from(FILL_CANDIDATES)
+        let tried = u64::from(FILL_ROUNDS * FILL_TRIED);
+        u64::from(chunks(instance_count)) * (1 + tried) + 1
     }
 
     /// Binds the buffers of the shader's bindings, in their order.
@@ -50,20 +63,29 @@ impl FillBudget {
 
     /// Records the dispatches for that many instances.
     pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
-        let groups = blocks(instance_count);
         self.kernel.dispatch(pass, 0, bound, 1);
-        for _ in 0..FILL_PASSES {
-            self.kernel.dispatch(pass, 1, bound, groups);
+        for _ in 0..FILL_ROUNDS {
+            self.kernel.dispatch(pass, 1, bound, chunks(instance_count));
             self.kernel.dispatch(pass, 2, bound, 1);
         }
-        self.record_steps(pass, bound, instance_count);
+        self.kernel.dispatch(pass, 5, bound, 1);
+        self.record_choices(pass, bound, instance_count);
     }
 
     /// Records the last part alone: between the two heights that the state has, the first instances take the step.
     pub fn record_steps(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
-        let groups = blocks(instance_count);
-        self.kernel.dispatch(pass, 3, bound, groups);
+        self.kernel.dispatch(pass, 3, bound, chunks(instance_count));
         self.kernel.dispatch(pass, 4, bound, 1);
-        self.kernel.dispatch(pass, 5, bound, groups);
+        self.record_choices(pass, bound, instance_count);
     }
+
+    fn record_choices(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
+        self.kernel.dispatch(pass, 6, bound, blocks(instance_count));
+        self.kernel.dispatch(pass, 7, bound, 1);
+    }
+}
+
+/// Groups for as many chunks as there are of that many instances, or of fewer: a frame's own count may be less than what it is recorded for.
+fn chunks(instance_count: u32) -> u32 {
+    blocks(instance_count).min(FILL_CHUNKS)
 }

@@ -8,8 +8,12 @@ pub const BLOCK_SIZE: u32 = 256;
 pub const INSTANCE_GROUP_SIZE: u32 = 64;
 /// Threads of a sorting group, each with one instance; also the most values of a digit.
 pub const SORT_BLOCK_SIZE: u32 = 64;
-/// Heights that `fill_budget` tries in one pass.
+/// Heights that [`crate::cpu::fill_budget`] tries in one pass.
 pub const FILL_CANDIDATES: u32 = 16;
+/// Heights that its shader tries in a round.
+pub const FILL_TRIED: u32 = 8;
+/// Most chunks of instances that it sums.
+pub const FILL_CHUNKS: u32 = 1024;
 /// Entries of a character's error table: 32 for each doubling of the pixels that a metre takes.
 pub const ERROR_ENTRIES: u32 = 1024;
 /// Float bits of the first: 2^-16 a metre.

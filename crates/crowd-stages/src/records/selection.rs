@@ -86,7 +86,7 @@ pub struct WeightSums {
     pub reserved: u32,
 }
 
-/// Where the search of `fill_budget` has got to, 96 bytes. Heights are bits of floats, vertices a unit of weight.
+/// Where the search of `fill_budget` has got to, 176 bytes. Heights are bits of floats, vertices a unit of weight.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
 pub struct FillState {
@@ -96,9 +96,9 @@ pub struct FillState {
     pub high_bits: u32,
     /// Vertices (or what the budget counts) at the former.
     pub low_count: u32,
-    /// Passes done.
+    /// Passes done, or rounds.
     pub pass_number: u32,
-    /// Heights to try next, rising; in the first pass the last is that of Eq. 1.
+    /// Heights to try next, rising; in the first pass the last is that of Eq. 1. On the GPU those of the first pass, none before them.
     pub candidates: [u32; dispatch::FILL_CANDIDATES as usize],
     /// What the levels may come to: the budget, or less by the slack.
     pub goal: u32,
@@ -106,8 +106,20 @@ pub struct FillState {
     pub high_count: u32,
     /// Between the two heights, as far as the goal is between their counts: what morphs go by.
     pub smooth_bits: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// The chunk of instances in which the budget runs out. This and what follows is the GPU's own; zero in the twin.
+    pub edge: u32,
+    /// The heights that the search may end at are numbered as they rise: number of the greatest known to fit.
+    pub low_cell: u32,
+    /// Of the least known not to fit, or one more than there are.
+    pub high_cell: u32,
+    /// Which of all heights tried the two are.
+    pub low_slot: u32,
+    /// See `low_slot`.
+    pub high_slot: u32,
+    /// Those to try next; `u32::MAX` for heights that are not of the search.
+    pub cells: [u32; dispatch::FILL_TRIED as usize],
+    /// Their bits.
+    pub heights: [u32; dispatch::FILL_TRIED as usize],
 }
 
 /// What [`crate::Technique::Discrete`] is told of the crowd, a uniform of 16 bytes.
