@@ -9,8 +9,9 @@ const FOLD_COLUMNS: u32 = 32768u;
 const BLOCK_SIZE: u32 = 256u;
 // Threads of a group that works on one instance.
 const INSTANCE_GROUP_SIZE: u32 = 64u;
-// Threads of a sorting group, each with one instance; also the most values of a digit.
+// Threads of a sorting group, also the most values of a digit; instances of each thread.
 const SORT_BLOCK_SIZE: u32 = 64u;
+const SORT_RUN: u32 = 16u;
 // Heights that fill_budget's twin tries in one pass; those that the stage tries in a round; chunks of instances that it sums at most.
 const FILL_CANDIDATES: u32 = 16u;
 const FILL_TRIED: u32 = 8u;

@@ -10,53 +10,59 @@
 @group(0) @binding(5) var<storage, read_write> sorted_keys: array<u32>;
 @group(0) @binding(6) var<storage, read_write> sorted_values: array<u32>;
 
+// Entries of a group's block.
+const SORT_ENTRIES: u32 = SORT_BLOCK_SIZE * SORT_RUN;
+
 var<workgroup> places: array<u32, SORT_BLOCK_SIZE>;
-var<workgroup> tallies: array<atomic<u32>, SORT_BLOCK_SIZE>;
-// Which lanes have an entry, two words; then which have each of the digit's bits set.
-var<workgroup> votes: array<atomic<u32>, 14>;
+// Of value d and thread t, at `tally_at`: how many entries of its run have it; then where the next of them goes. Each thread has numbers of its
+// own: an atomic that it shares is dear on software Vulkan, and where all keys are alike on cards.
+var<workgroup> tallies: array<u32, 4096>;
 
 fn block_count() -> u32 {
-    return (config.instance_count + SORT_BLOCK_SIZE - 1u) / SORT_BLOCK_SIZE;
+    return (config.instance_count + SORT_ENTRIES - 1u) / SORT_ENTRIES;
+}
+
+fn value_count() -> u32 {
+    return 1u << sort.bits;
+}
+
+// Turned by the value, so that neither threads of one value nor values of one thread wait for each other.
+fn tally_at(value: u32, thread: u32) -> u32 {
+    return value * SORT_BLOCK_SIZE + (thread + value) % SORT_BLOCK_SIZE;
 }
 
 fn digit_of(i: u32) -> u32 {
     return (keys[i] >> sort.shift) & ((1u << sort.bits) - 1u);
 }
 
-// Sums of ones come out alike in any order.
+// The entries of a thread's run.
+fn run_of(block: u32, lane: u32) -> vec2u {
+    let first = min(block * SORT_ENTRIES + lane * SORT_RUN, config.instance_count);
+    return vec2u(first, min(first + SORT_RUN, config.instance_count));
+}
+
+// Each thread counts its own run; then thread d has the counts of value d to itself.
+fn tally(lane: u32, run: vec2u) {
+    for (var value = 0u; value < value_count(); value++) {
+        tallies[tally_at(value, lane)] = 0u;
+    }
+    for (var i = run.x; i < run.y; i++) {
+        tallies[tally_at(digit_of(i), lane)]++;
+    }
+    workgroupBarrier();
+}
+
 @compute @workgroup_size(SORT_BLOCK_SIZE)
 fn count_digits(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
-    let i = block * SORT_BLOCK_SIZE + lane;
-    atomicStore(&tallies[lane], 0u);
-    workgroupBarrier();
-    if i < config.instance_count {
-        atomicAdd(&tallies[digit_of(i)], 1u);
+    tally(lane, run_of(block, lane));
+    if lane < value_count() && block < block_count() {
+        var sum = 0u;
+        for (var thread = 0u; thread < SORT_BLOCK_SIZE; thread++) {
+            sum += tallies[tally_at(lane, thread)];
+        }
+        digit_counts[lane * block_count() + block] = sum;
     }
-    workgroupBarrier();
-    if lane < (1u << sort.bits) && block < block_count() {
-        digit_counts[lane * block_count() + block] = atomicLoad(&tallies[lane]);
-    }
-}
-
-fn vote(number: u32, lane: u32) {
-    atomicOr(&votes[2u * number + lane / 32u], 1u << (lane % 32u));
-}
-
-fn voters(number: u32) -> vec2u {
-    return vec2u(atomicLoad(&votes[2u * number]), atomicLoad(&votes[2u * number + 1u]));
-}
-
-// Lanes before this one with the same digit; everyone has voted.
-fn rank_of(lane: u32, digit: u32) -> u32 {
-    var same = voters(0u);
-    for (var bit = 0u; bit < sort.bits; bit++) {
-        let with_bit = voters(1u + bit);
-        same &= select(~with_bit, with_bit, ((digit >> bit) & 1u) == 1u);
-    }
-    let below = (1u << (lane % 32u)) - 1u;
-    let ones = countOneBits(same & select(vec2u(below, 0u), vec2u(0xffffffffu, below), lane >= 32u));
-    return ones.x + ones.y;
 }
 
 // Inclusive scan of `places` over the group by one lane: sixty-four sums take less time than a dozen barriers.
@@ -119,29 +125,24 @@ fn scan_values(@builtin(local_invocation_index) lane: u32) {
 @compute @workgroup_size(SORT_BLOCK_SIZE)
 fn move_entries(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
-    let blocks = block_count();
-    let i = block * SORT_BLOCK_SIZE + lane;
-    let has_entry = i < config.instance_count;
-    var digit = 0u;
-    if lane < 14u {
-        atomicStore(&votes[lane], 0u);
-    }
-    workgroupBarrier();
-    if has_entry {
-        digit = digit_of(i);
-        vote(0u, lane);
-        for (var bit = 0u; bit < sort.bits; bit++) {
-            if ((digit >> bit) & 1u) == 1u {
-                vote(1u + bit, lane);
-            }
+    let run = run_of(block, lane);
+    tally(lane, run);
+    if lane < value_count() && block < block_count() {
+        var place = digit_counts[value_count() * block_count() + lane] + digit_counts[lane * block_count() + block];
+        for (var thread = 0u; thread < SORT_BLOCK_SIZE; thread++) {
+            let at = tally_at(lane, thread);
+            let count = tallies[at];
+            tallies[at] = place;
+            place += count;
         }
     }
     workgroupBarrier();
-    if !has_entry {
-        return;
+    for (var i = run.x; i < run.y; i++) {
+        let key = keys[i];
+        let at = tally_at((key >> sort.shift) & (value_count() - 1u), lane);
+        let place = tallies[at];
+        tallies[at] = place + 1u;
+        sorted_keys[place] = key;
+        sorted_values[place] = select(values[i], i, sort.is_first == 1u);
     }
-    let first = digit_counts[(1u << sort.bits) * blocks + digit];
-    let place = first + digit_counts[digit * blocks + block] + rank_of(lane, digit);
-    sorted_keys[place] = keys[i];
-    sorted_values[place] = select(values[i], i, sort.is_first == 1u);
 }

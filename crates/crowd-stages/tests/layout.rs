@@ -421,6 +421,7 @@ fn constants_are_the_same() {
         ("FILL_TRIED", dispatch::FILL_TRIED),
         ("FILL_CHUNKS", dispatch::FILL_CHUNKS),
         ("SORT_BLOCK_SIZE", dispatch::SORT_BLOCK_SIZE),
+        ("SORT_RUN", dispatch::SORT_RUN),
         ("DOT_LEVELS", dispatch::DOT_LEVELS),
         ("DOT_VERTICES", dispatch::DOT_VERTICES),
         ("POINT_LEVELS", dispatch::POINT_LEVELS),

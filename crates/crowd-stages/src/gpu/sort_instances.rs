@@ -2,7 +2,7 @@
 
 use super::kernel::{Kernel, Use, stage_source};
 use crate::SortPass;
-use crate::dispatch::{MAX_DIGIT_BITS, SORT_BLOCK_SIZE};
+use crate::dispatch::{MAX_DIGIT_BITS, SORT_BLOCK_SIZE, SORT_RUN};
 
 /// Shader: `shaders/stages/sort_instances.wgsl`. Twin: [`crate::cpu::sort_instances`].
 pub struct SortInstances {
@@ -39,7 +39,7 @@ impl SortInstances {
     /// Words of `digit_counts` for that many instances.
     pub fn digit_count_words(instance_count: u32) -> u64 {
         let values = 1 << MAX_DIGIT_BITS;
-        u64::from(instance_count.div_ceil(SORT_BLOCK_SIZE)) * values + values
+        u64::from(instance_count.div_ceil(SORT_BLOCK_SIZE * SORT_RUN)) * values + values
     }
 
     /// Binds the buffers of one pass, in the order of the shader's bindings. `values` are not read in the first pass.
@@ -65,7 +65,7 @@ impl SortInstances {
         sort: &SortPass,
         instance_count: u32,
     ) {
-        let groups = instance_count.div_ceil(SORT_BLOCK_SIZE);
+        let groups = instance_count.div_ceil(SORT_BLOCK_SIZE * SORT_RUN);
         self.kernel.dispatch(pass, 0, bound, groups);
         self.kernel.dispatch(pass, 1, bound, if groups == 0 { 0 } else { 1 << sort.bits });
         self.kernel.dispatch(pass, 2, bound, groups.min(1));

@@ -6,8 +6,10 @@ pub const FOLD_COLUMNS: u32 = 32_768;
 pub const BLOCK_SIZE: u32 = 256;
 /// Threads of a group that works on one instance.
 pub const INSTANCE_GROUP_SIZE: u32 = 64;
-/// Threads of a sorting group, each with one instance; also the most values of a digit.
+/// Threads of a sorting group, also the most values of a digit.
 pub const SORT_BLOCK_SIZE: u32 = 64;
+/// Instances of each thread of a sorting group, one after another.
+pub const SORT_RUN: u32 = 16;
 /// Heights that [`crate::cpu::fill_budget`] tries in one pass.
 pub const FILL_CANDIDATES: u32 = 16;
 /// Heights that its shader tries in a round.
