@@ -44,5 +44,5 @@ fn cull_instances(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
     if config.weight == WEIGHT_ERROR {
         weight = config.focal_px * instance.scale / nearest;
     }
-    culled[i] = CullRecord(1u, weight, area_px2, distance_m);
+    culled[i] = CullRecord(instance.character + 1u, weight, area_px2, distance_m);
 }

@@ -5,16 +5,15 @@
 // Integers and single products only, so the twin is equal. Twin: crowd-stages/src/cpu/fill_budget.rs.
 
 @group(0) @binding(0) var<uniform> config: FrameConfig;
-@group(0) @binding(1) var<storage, read> instances: array<InstanceRecord>;
-@group(0) @binding(2) var<storage, read> characters: array<CharacterRecord>;
+@group(0) @binding(1) var<storage, read> characters: array<CharacterRecord>;
 // LodRecords as words, so that the one that counts is fetched by its number.
-@group(0) @binding(3) var<storage, read> lods: array<u32>;
-@group(0) @binding(4) var<storage, read> culled: array<CullRecord>;
+@group(0) @binding(2) var<storage, read> lods: array<u32>;
+@group(0) @binding(3) var<storage, read> culled: array<CullRecord>;
 // The steps of all chunks before each, and of all; then, of each round's heights one after another, what each chunk takes.
-@group(0) @binding(5) var<storage, read_write> block_counts: array<u32>;
-@group(0) @binding(6) var<storage, read_write> fill: FillState;
-@group(0) @binding(7) var<storage, read_write> sums: WeightSums;
-@group(0) @binding(8) var<storage, read_write> choices: array<LodChoice>;
+@group(0) @binding(4) var<storage, read_write> block_counts: array<u32>;
+@group(0) @binding(5) var<storage, read_write> fill: FillState;
+@group(0) @binding(6) var<storage, read_write> sums: WeightSums;
+@group(0) @binding(7) var<storage, read_write> choices: array<LodChoice>;
 
 // Threads of a group that sums a chunk of instances.
 const FILL_GROUP_SIZE: u32 = 64u;
@@ -181,8 +180,9 @@ struct Weighed {
     min_triangle_count: u32,
 }
 
+// Of one that is seen.
 fn weighed(i: u32) -> Weighed {
-    let number = instances[i].character;
+    let number = culled[i].visible - 1u;
     let area_px2 = culled[i].area_px2;
     let min_vertex_count = characters[number].min_vertex_count;
     return Weighed(

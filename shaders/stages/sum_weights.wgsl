@@ -2,11 +2,10 @@
 // Twin: crowd-stages/src/cpu/sum_weights.rs, which adds in the same order, so that equal weights give equal sums.
 
 @group(0) @binding(0) var<uniform> config: FrameConfig;
-@group(0) @binding(1) var<storage, read> instances: array<InstanceRecord>;
-@group(0) @binding(2) var<storage, read> characters: array<CharacterRecord>;
-@group(0) @binding(3) var<storage, read> culled: array<CullRecord>;
-@group(0) @binding(4) var<storage, read_write> block_sums: array<WeightSums>;
-@group(0) @binding(5) var<storage, read_write> sums: WeightSums;
+@group(0) @binding(1) var<storage, read> characters: array<CharacterRecord>;
+@group(0) @binding(2) var<storage, read> culled: array<CullRecord>;
+@group(0) @binding(3) var<storage, read_write> block_sums: array<WeightSums>;
+@group(0) @binding(4) var<storage, read_write> sums: WeightSums;
 
 // Of a group that sums a block of 256 instances: each thread takes four.
 const SUM_GROUP_SIZE: u32 = 64u;
@@ -59,7 +58,7 @@ fn sum_of(i: u32) -> WeightSums {
         return WeightSums();
     }
     let area_px2 = culled[i].area_px2;
-    let character = characters[instances[i].character];
+    let character = characters[culled[i].visible - 1u];
     let least = least_spent(character, area_px2, config.dot_area_px2, config.impostor_area_px2, config.budget_in);
     return WeightSums(culled[i].weight, least, 1u, 0u, 0u, 0u, 0u, 0u);
 }

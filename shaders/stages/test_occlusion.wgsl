@@ -73,6 +73,6 @@ fn test_occlusion(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invoca
     }
     let is_hidden = is_occluded(instances[i]);
     let comes = waits && !is_hidden;
-    culled[i].visible = select(0u, 1u, comes);
+    culled[i].visible = select(0u, instances[i].character + 1u, comes);
     seen[1u + i] = select(SIGHT_SEEN, SIGHT_HIDDEN, is_hidden) | select(0u, SIGHT_DRAWN, was_drawn || comes);
 }

@@ -57,7 +57,7 @@ fn culling_agrees_for_all_sizes_and_both_weights() {
 fn a_changed_record_is_seen() {
     let case = case(64, 30, Weight::Area);
     let expected = cpu::cull_instances(case.data, &case.instances, &case.config);
-    let seen = expected.iter().position(|cull| cull.visible == 1).expect("some are seen");
+    let seen = expected.iter().position(|cull| cull.visible != 0).expect("some are seen");
     let mut changed = expected.clone();
     changed[seen].weight *= 1.001;
     assert!(difference(&case, &changed, &expected).is_some());
@@ -77,8 +77,8 @@ fn spheres_that_only_touch_the_frustum_are_kept_and_distant_ones_are_not() {
     let mut visible = |metres: f32| {
         case.instances[0].position = behind(metres);
         case.instances[0].position[1] -= center;
-        cpu::cull_instances(case.data, &case.instances, &case.config)[0].visible
+        cpu::cull_instances(case.data, &case.instances, &case.config)[0].visible != 0
     };
-    assert_eq!(visible(radius * 0.9), 1);
-    assert_eq!(visible(radius * 1.2), 0);
+    assert!(visible(radius * 0.9));
+    assert!(!visible(radius * 1.2));
 }

@@ -25,7 +25,6 @@ fn on_gpu_after(
     let bound = stage.bind(
         &gpu::device().0,
         &gpu::uniform(&case.config),
-        &gpu::storage(&case.instances),
         &gpu::storage(&case.data.characters),
         &gpu::storage(lods),
         &gpu::storage(&selected.culled),

@@ -64,5 +64,5 @@ fn cull(data: &CrowdData, instance: &InstanceRecord, config: &FrameConfig) -> Cu
     } else {
         libm::powf(area_px2.max(1e-12), config.inverse_alpha)
     };
-    CullRecord { visible: 1, weight, area_px2, distance_m }
+    CullRecord { visible: instance.character + 1, weight, area_px2, distance_m }
 }

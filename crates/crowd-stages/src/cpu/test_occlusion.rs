@@ -100,7 +100,7 @@ pub fn test_occlusion(
         let screen = screen_box(data, instance, config, pyramid);
         let hidden = screen.is_some_and(|screen| is_hidden(&screen, pyramid, farthest));
         let comes = waits && !hidden;
-        cull.visible = comes.into();
+        cull.visible = if comes { instance.character + 1 } else { 0 };
         let drawn = if was_drawn || comes { sight::DRAWN } else { 0 };
         seen[1 + i] = if hidden { sight::HIDDEN } else { sight::SEEN } | drawn;
     }

@@ -23,8 +23,7 @@ impl FillBudget {
 
     /// Compiles the stage.
     pub fn new(device: &wgpu::Device) -> Self {
-        let uses =
-            [Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Read, Use::Write, Use::Write, Use::Write, Use::Write];
+        let uses = [Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Write, Use::Write, Use::Write, Use::Write];
         let entry_points = [
             "begin",
             "sum_heights",
@@ -49,7 +48,6 @@ impl FillBudget {
         &self,
         device: &wgpu::Device,
         config: &wgpu::Buffer,
-        instances: &wgpu::Buffer,
         characters: &wgpu::Buffer,
         lods: &wgpu::Buffer,
         culled: &wgpu::Buffer,
@@ -58,7 +56,7 @@ impl FillBudget {
         sums: &wgpu::Buffer,
         choices: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
-        self.kernel.bind(device, &[config, instances, characters, lods, culled, block_counts, fill, sums, choices])
+        self.kernel.bind(device, &[config, characters, lods, culled, block_counts, fill, sums, choices])
     }
 
     /// Records the dispatches for that many instances.

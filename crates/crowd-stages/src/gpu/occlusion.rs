@@ -62,8 +62,7 @@ impl Occlusion {
             &first_config,
         );
         let sum = SumWeights::new(device);
-        let sum_bound =
-            sum.bind(device, &f.config, &f.instances, &c.characters, &f.culled, &f.block_sums, &second_sums);
+        let sum_bound = sum.bind(device, &f.config, &c.characters, &f.culled, &f.block_sums, &second_sums);
         let join = JoinPhases::new(device);
         let join_bound = join.bind(
             device,
@@ -81,7 +80,7 @@ impl Occlusion {
             let (config, counts) = (&f.config, &f.block_counts);
             let (fill_state, sums) = (&second_fill, &second_sums);
             let characters = &c.characters;
-            fill.bind(device, config, &f.instances, characters, lods, &f.culled, counts, fill_state, sums, &f.choices)
+            fill.bind(device, config, characters, lods, &f.culled, counts, fill_state, sums, &f.choices)
         };
         let [fill_quantized, fill_by_error] = [&c.quantized_lods, &c.error_lods].map(fill_to);
         let first = Selection::new(device, c, &FrameBuffers { config: first_config, ..f.clone() });

@@ -27,7 +27,7 @@ impl Selection {
         let fit = FitBudget::new(device);
         let config = &f.config;
         let cull_bound = cull.bind(device, config, &f.instances, &c.characters, &c.clips, &f.culled);
-        let sum_bound = sum.bind(device, config, &f.instances, &c.characters, &f.culled, &f.block_sums, &f.sums);
+        let sum_bound = sum.bind(device, config, &c.characters, &f.culled, &f.block_sums, &f.sums);
         let select_bound = select.bind(device, config, &f.instances, &c.characters, &f.culled, &f.sums, &f.wanted);
         let fit_to = |lods| {
             let (blocks, choices) = (&f.block_wanted, &f.choices);
@@ -37,7 +37,7 @@ impl Selection {
         let fill = FillBudget::new(device);
         let fill_to = |lods| {
             let (characters, counts) = (&c.characters, &f.block_counts);
-            fill.bind(device, config, &f.instances, characters, lods, &f.culled, counts, &f.fill, &f.sums, &f.choices)
+            fill.bind(device, config, characters, lods, &f.culled, counts, &f.fill, &f.sums, &f.choices)
         };
         let (fill_continuous, fill_quantized) = (fill_to(&c.lods), fill_to(&c.quantized_lods));
         let fill_by_error = fill_to(&c.error_lods);

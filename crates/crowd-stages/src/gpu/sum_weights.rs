@@ -15,7 +15,7 @@ impl SumWeights {
 
     /// Compiles the stage.
     pub fn new(device: &wgpu::Device) -> Self {
-        let uses = [Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Write, Use::Write];
+        let uses = [Use::Uniform, Use::Read, Use::Read, Use::Write, Use::Write];
         Self { kernel: Kernel::new(device, "sum_weights", Self::source(), &["sum_blocks", "sum_all"], &uses) }
     }
 
@@ -24,13 +24,12 @@ impl SumWeights {
         &self,
         device: &wgpu::Device,
         config: &wgpu::Buffer,
-        instances: &wgpu::Buffer,
         characters: &wgpu::Buffer,
         culled: &wgpu::Buffer,
         block_sums: &wgpu::Buffer,
         sums: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
-        self.kernel.bind(device, &[config, instances, characters, culled, block_sums, sums])
+        self.kernel.bind(device, &[config, characters, culled, block_sums, sums])
     }
 
     /// Records the dispatches for that many instances.

@@ -43,7 +43,7 @@ impl InstanceRecord {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct CullRecord {
-    /// 1 when the bounding sphere meets the frustum.
+    /// One more than the number of its character when the bounding sphere meets the frustum: later stages go without the instance. 0: not seen.
     pub visible: u32,
     /// The instance's weight; 0 when culled.
     pub weight: f32,
