@@ -11,7 +11,7 @@ const BLOCK_SIZE: u32 = 256u;
 const INSTANCE_GROUP_SIZE: u32 = 64u;
 // Threads of a sorting group, also the most values of a digit; instances of each thread.
 const SORT_BLOCK_SIZE: u32 = 64u;
-const SORT_RUN: u32 = 16u;
+const SORT_RUN: u32 = 32u;
 // Heights that fill_budget's twin tries in one pass; those that the stage tries in a round; chunks of instances that it sums at most.
 const FILL_CANDIDATES: u32 = 16u;
 const FILL_TRIED: u32 = 8u;

@@ -34,6 +34,7 @@ fn order_is_equal_for_all_sizes_and_any_number_of_digits() {
         (1000, 63),
         (1000, 4096),
         (70_000, 4095),
+        (300_000, 400),
         (5000, 300_000),
     ]) {
         let keys = keys(count, largest);

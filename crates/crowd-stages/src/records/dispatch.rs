@@ -9,7 +9,7 @@ pub const INSTANCE_GROUP_SIZE: u32 = 64;
 /// Threads of a sorting group, also the most values of a digit.
 pub const SORT_BLOCK_SIZE: u32 = 64;
 /// Instances of each thread of a sorting group, one after another.
-pub const SORT_RUN: u32 = 16;
+pub const SORT_RUN: u32 = 32;
 /// Heights that [`crate::cpu::fill_budget`] tries in one pass.
 pub const FILL_CANDIDATES: u32 = 16;
 /// Heights that its shader tries in a round.
