@@ -104,6 +104,10 @@ bench-erato:
 bench:
     cargo bench -p crowd-lod
 
+# Time whole bakes, beside the order alone and beside meshoptimizer's levels: the table of docs/benchmarks/speed.md (ten minutes, on an idle machine)
+bench-bakes assets="../shared/assets":
+    cargo bench -p crowdbake --bench whole_bake -- {{assets}}/makehuman-man/man_casual.gltf fixtures/good/mara.glb fixtures/good/oskar.glb fixtures/good/pip.glb fixtures/good/anselm.glb fixtures/good/noor.glb fixtures/good/zebra.glb fixtures/good/gnu.glb
+
 # Licences, bans and sources of the dependencies (needs cargo-deny)
 deny:
     cargo deny check licenses bans sources

@@ -1,14 +1,18 @@
 //! Finds the closest triangle to a point: a box tree built once and refitted for each pose.
 
 mod distance;
+mod frames;
 mod lines;
 mod point;
+mod slabs;
 
 pub(crate) use distance::{distances_of_lanes, distances_squared, triangle_distance_squared};
+pub(crate) use frames::FrameBoxes;
 pub(crate) use lines::line_crosses_triangle;
 pub(crate) use point::{Hit, closest_on_triangle};
 
 use crate::quadrics::sub;
+use slabs::Slab;
 
 /// Triangles in a leaf at most.
 const LEAF_SIZE: usize = 4;
@@ -76,6 +80,9 @@ impl LivingNodes {
 pub(crate) struct ClosestTriangles {
     order: Vec<u32>,
     nodes: Vec<Node>,
+    /// Whether it is a mesh of needles, whose nodes have further boxes.
+    needles: bool,
+    slabs: Vec<Slab>,
 }
 
 impl ClosestTriangles {
@@ -88,9 +95,11 @@ impl ClosestTriangles {
                 [0, 1, 2].map(|i| a[i] + b[i] + c[i])
             })
             .collect();
-        let mut tree = Self { order: (0..triangles.len() as u32).collect(), nodes: Vec::new() };
+        let order = (0..triangles.len() as u32).collect();
+        let mut tree = Self { order, nodes: Vec::new(), needles: false, slabs: Vec::new() };
         if !triangles.is_empty() {
             tree.split(&centres, 0, triangles.len());
+            tree.needles = tree.is_of_needles(positions, triangles);
         }
         tree
     }
@@ -143,6 +152,9 @@ impl ClosestTriangles {
                 }
             }
             self.nodes[i] = node;
+        }
+        if self.needles {
+            self.fit_slabs(positions, triangles);
         }
     }
 
@@ -291,14 +303,15 @@ impl ClosestTriangles {
         }
     }
 
-    fn box_distance(&self, node: u32, point: [f32; 3]) -> f32 {
-        let node = &self.nodes[node as usize];
+    #[inline(always)]
+    fn box_distance(&self, at: u32, point: [f32; 3]) -> f32 {
+        let node = &self.nodes[at as usize];
         let mut squared = 0.0;
         for i in 0..3 {
             let outside = (node.low[i] - point[i]).max(point[i] - node.high[i]).max(0.0);
             squared += outside * outside;
         }
-        squared
+        if self.needles { self.slabs[at as usize].distance(point).max(squared) } else { squared }
     }
 }
 

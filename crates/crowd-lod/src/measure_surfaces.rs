@@ -11,11 +11,11 @@ mod memory;
 mod peaks;
 mod points;
 
-use crate::closest::{ClosestTriangles, corners_of};
+use crate::closest::{ClosestTriangles, FrameBoxes, corners_of};
 use crate::measure::{Sample, place_of, spread_samples};
 use crate::quadrics::{cross, dot, pose_position, sub};
 use crate::{LodPoses, Mat3x4};
-use batches::{Batch, NearOrder, Row, Rows, Side, rows};
+use batches::{Batch, FRAMES_AT_ONCE, InFrames, LANES, NearOrder, Row, Rows, Side, boxes_in_frames, rows};
 use memory::{CORNERS, EDGES, Remembered};
 use points::{Largest, Points};
 use rayon::prelude::*;
@@ -114,6 +114,9 @@ pub struct SurfaceMeasure<'a> {
     samples: Vec<Sample>,
     /// Place of each triangle of full detail in a tree at rest.
     places: Vec<u32>,
+    /// That tree, and its boxes in the batches of frames that the mean is taken over.
+    rest_tree: ClosestTriangles,
+    boxes: Vec<Option<FrameBoxes<LANES>>>,
     posed: Vec<Posed>,
     /// Full detail by batches of frames, in an order of its vertices, and its triangles in that order.
     near_order: NearOrder,
@@ -149,7 +152,14 @@ impl<'a> SurfaceMeasure<'a> {
             let frames: Vec<&[[f32; 3]]> = posed[batch.frames()].iter().map(|f| f.positions.as_slice()).collect();
             rows(&frames, near_order.vertices.iter().map(|&v| v as usize))
         };
-        let rows = Batch::all(frame_count).par_iter().map(rows_of).collect();
+        let batches = Batch::all(frame_count);
+        let rows: Vec<Vec<Row>> = batches.par_iter().map(rows_of).collect();
+        let row_triangles = near_order.map(full.triangles);
+        let boxes_of = |(batch, rows): (&Batch, &Vec<Row>)| {
+            let counts = rest_tree.suits_frames() && frames_of_mean(batch, mean_frames) >= FRAMES_AT_ONCE;
+            counts.then(|| boxes_in_frames(&rest_tree, Rows { rows, triangles: &row_triangles }))
+        };
+        let boxes = batches.par_iter().zip(&rows).map(boxes_of).collect();
         Self {
             full: *full,
             texels,
@@ -160,8 +170,10 @@ impl<'a> SurfaceMeasure<'a> {
             samples: spread_samples(full.positions, full.triangles, sample_count),
             places,
             posed,
+            rest_tree,
+            boxes,
             rows,
-            row_triangles: near_order.map(full.triangles),
+            row_triangles,
             near_order,
             rounding_m: BOUND_ROUNDING * diagonal(full.positions),
         }
@@ -232,6 +244,10 @@ fn measure_level_surface<'l>(
         }
         LevelSurface::Own(_) => Vec::new(),
     };
+    if !own {
+        lost.remember(&CORNERS, &reference.places);
+        covered.remember(&EDGES, &reference.places);
+    }
     likely.lost.next_level();
     likely.covered.next_level();
     let row_triangles = if own { Vec::new() } else { reference.near_order.map(surface.triangles) };
@@ -255,16 +271,32 @@ fn measure_level_surface<'l>(
             false => (Rows { rows: full_rows, triangles: &row_triangles }, original_positions),
         };
         let level_side = Side::of_rest(surface.triangles, level_rows, level_positions, &tree);
-        for lane in (0..batch.count).rev().filter(|lane| batch.first + lane < mean_frames) {
-            for (points, from, to) in [(&mut there, &full_side, &level_side), (&mut back, &level_side, &full_side)] {
-                let (squares, far) = points.sum_squares(from.positions(lane), from.triangles, || to.target(lane));
-                sum += squares;
-                largest.take(far, batch.first + lane);
+        let mean_lanes = (0..frames_of_mean(batch, mean_frames)).rev();
+        let known = reference.boxes[number].as_ref().filter(|_| tree.suits_frames());
+        if let Some((boxes, in_level)) = known.zip(level_side.in_frames()) {
+            let in_full = InFrames { tree: &reference.rest_tree, boxes, rows: all_rows };
+            let squares =
+                [there.squares_in_frames(&full_side, &in_level), back.squares_in_frames(&level_side, &in_full)];
+            for lane in mean_lanes {
+                for squares in &squares {
+                    let of_lane = || squares.iter().map(|row| row[lane]);
+                    sum += of_lane().map(f64::from).sum::<f64>();
+                    largest.take(of_lane().fold(0.0, f32::max), batch.first + lane);
+                }
+            }
+        } else {
+            for lane in mean_lanes {
+                for (points, from, to) in [(&mut there, &full_side, &level_side), (&mut back, &level_side, &full_side)]
+                {
+                    let (squares, far) = points.sum_squares(from.positions(lane), from.triangles, || to.target(lane));
+                    sum += squares;
+                    largest.take(far, batch.first + lane);
+                }
             }
         }
-        let mut memory = likely.lost.of_batch(number, &same, CORNERS, full.triangles.len(), !own);
+        let mut memory = likely.lost.of_batch(number, &same, &CORNERS, full.triangles.len());
         lost.raise(&mut largest, batch, &full_side, &level_side, &mut memory);
-        let mut memory = likely.covered.of_batch(number, &same, EDGES, surface.triangles.len(), !own);
+        let mut memory = likely.covered.of_batch(number, &same, &EDGES, full.triangles.len());
         covered.raise(&mut largest, batch, &level_side, &full_side, &mut memory);
     }
     lost.note_closest(&mut likely.to_level);
@@ -280,6 +312,11 @@ fn measure_level_surface<'l>(
         uv_drift_p95_texels: attributes.0,
         normal_mean_deg: attributes.1,
     }
+}
+
+/// Frames of a batch, its first ones, that the mean is taken over.
+fn frames_of_mean(batch: &Batch, mean_frames: usize) -> usize {
+    mean_frames.saturating_sub(batch.first).min(batch.count)
 }
 
 /// At rest, from points of full detail to the closest ones of the level that face the same way: the 95th percentile of the

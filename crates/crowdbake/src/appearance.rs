@@ -3,7 +3,7 @@
 use crate::draw_level::{decode_image, raster_materials};
 use crate::unpack::Unpacked;
 use crate::views;
-use crowd_raster::srgb::srgb_from_linear;
+use crowd_raster::srgb::srgb_from_linear_rgb;
 use crowd_raster::{Material, Texture, sample};
 use crowd_source::RawCharacter;
 use glam::{Vec2, Vec3};
@@ -148,7 +148,7 @@ impl Surface {
             None => Vec3::ONE,
         };
         let [r, g, b, _] = self.material.base_color;
-        (texel * Vec3::new(r, g, b) * tint).clamp(Vec3::ZERO, Vec3::ONE).to_array().map(srgb_from_linear).into()
+        srgb_from_linear_rgb((texel * Vec3::new(r, g, b) * tint).clamp(Vec3::ZERO, Vec3::ONE).to_array()).into()
     }
 
     /// RMS change of the colour for a small step, per unit of texture coordinate.

@@ -13,6 +13,11 @@ use crowd_lod::{Level, LodPoses, SurfaceError, geometric_levels};
 use crowd_pack::{ManifestTarget, VertexRecord, limits};
 use rayon::prelude::*;
 
+/// Triangles around a vertex beyond which it is a hub, as for the order; no real character has one.
+const HUB_TRIANGLES: u32 = 1024;
+/// Vertices in the cache that levels with a hub are ordered for.
+const FIFO_VERTICES: u32 = 16;
+
 /// A level with its table.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BakedLevel {
@@ -257,5 +262,12 @@ pub fn cache_order(triangles: &[[u32; 3]], vertex_count: u32) -> Vec<u32> {
     if triangles.is_empty() {
         return Vec::new();
     }
-    meshopt::optimize_vertex_cache(triangles.as_flattened(), vertex_count as usize)
+    let indices = triangles.as_flattened();
+    let mut around = vec![0_u32; vertex_count as usize];
+    indices.iter().for_each(|&v| around[v as usize] += 1);
+    if around.iter().any(|&count| count > HUB_TRIANGLES) {
+        // Each triangle of a hub would have all its others valued again: the square of their number.
+        return meshopt::optimize_vertex_cache_fifo(indices, vertex_count as usize, FIFO_VERTICES);
+    }
+    meshopt::optimize_vertex_cache(indices, vertex_count as usize)
 }

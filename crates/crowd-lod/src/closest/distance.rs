@@ -68,7 +68,7 @@ fn segment_distances_squared<const N: usize>(along: &Vectors<N>, offset: &Vector
 }
 
 #[inline(always)]
-fn lanes<const N: usize>(lane: impl Fn(usize) -> f32) -> [f32; N] {
+pub(super) fn lanes<const N: usize>(lane: impl Fn(usize) -> f32) -> [f32; N] {
     let mut lanes = [0.0; N];
     for (i, value) in lanes.iter_mut().enumerate() {
         *value = lane(i);

@@ -2,9 +2,13 @@
 //! all of them at once.
 
 use super::points::Target;
-use crate::closest::ClosestTriangles;
+use crate::closest::{ClosestTriangles, FrameBoxes};
 use crate::measure::Sample;
+use fearless_simd::{Level as Vectors, dispatch};
 use std::cell::OnceCell;
+
+/// Frames of a batch from which on they are searched at once.
+pub(super) const FRAMES_AT_ONCE: usize = 3;
 
 /// Frames of a batch.
 pub(super) const LANES: usize = 8;
@@ -92,11 +96,24 @@ pub(super) struct Rows<'a> {
     pub triangles: &'a [[u32; 3]],
 }
 
+/// A mesh to be searched in all frames of a batch at once.
+#[derive(Clone, Copy)]
+pub(super) struct InFrames<'a> {
+    pub tree: &'a ClosestTriangles,
+    pub boxes: &'a FrameBoxes<LANES>,
+    pub rows: Rows<'a>,
+}
+
 /// Its box trees, a frame each.
 enum Trees<'a> {
     Ready(Vec<&'a ClosestTriangles>),
     /// Fitted to a frame when it is searched first.
-    OfRest(&'a ClosestTriangles, Vec<OnceCell<ClosestTriangles>>),
+    OfRest(&'a ClosestTriangles, Vec<OnceCell<ClosestTriangles>>, OnceCell<FrameBoxes<LANES>>),
+}
+
+/// The boxes of a tree in the frames of a batch.
+pub(super) fn boxes_in_frames(tree: &ClosestTriangles, rows: Rows<'_>) -> FrameBoxes<LANES> {
+    dispatch!(Vectors::new(), _ => tree.boxes_in_frames(rows.rows, rows.triangles))
 }
 
 impl<'a> Side<'a> {
@@ -117,7 +134,7 @@ impl<'a> Side<'a> {
         positions: Vec<&'a [[f32; 3]]>,
         tree: &'a ClosestTriangles,
     ) -> Self {
-        Self { triangles, rows, positions, trees: Trees::OfRest(tree, vec![OnceCell::new(); LANES]) }
+        Self { triangles, rows, positions, trees: Trees::OfRest(tree, vec![OnceCell::new(); LANES], OnceCell::new()) }
     }
 
     pub fn positions(&self, lane: usize) -> &'a [[f32; 3]] {
@@ -129,13 +146,28 @@ impl<'a> Side<'a> {
         let positions = self.positions[lane];
         let tree = match &self.trees {
             Trees::Ready(trees) => trees[lane],
-            Trees::OfRest(rest, trees) => trees[lane].get_or_init(|| {
+            Trees::OfRest(rest, trees, boxes) => trees[lane].get_or_init(|| {
+                if self.positions.len() >= FRAMES_AT_ONCE {
+                    let boxes = boxes.get_or_init(|| boxes_in_frames(rest, self.rows));
+                    return rest.in_frame(boxes, lane, positions, self.triangles);
+                }
                 let mut tree = (*rest).clone();
                 tree.refit(positions, self.triangles);
                 tree
             }),
         };
         Target { positions, triangles: self.triangles, tree }
+    }
+
+    /// To be searched in all frames at once. `None` where trees are fitted already.
+    pub fn in_frames(&self) -> Option<InFrames<'_>> {
+        match &self.trees {
+            Trees::Ready(_) => None,
+            Trees::OfRest(tree, _, boxes) => {
+                let boxes = boxes.get_or_init(|| boxes_in_frames(tree, self.rows));
+                Some(InFrames { tree, boxes, rows: self.rows })
+            }
+        }
     }
 
     /// The corners of a triangle.

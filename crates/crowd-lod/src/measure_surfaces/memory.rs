@@ -2,21 +2,36 @@
 
 use crate::measure::Sample;
 
-/// Weights of the points that are remembered, one slot each: corners and middle, and middles of edges and middle.
+/// Points of full detail that a level lacks: corners and middles of triangles.
 pub(super) const CORNERS: Slots =
-    Slots { weights: [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0; 2]], of_target: true };
-pub(super) const EDGES: Slots =
-    Slots { weights: [[0.5, 0.5], [0.0, 0.5], [0.5, 0.0], [1.0 / 3.0; 2]], of_target: false };
+    Slots { weights: [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0; 2]], on_level: false };
+/// Points of a level: middles of edges and of triangles.
+pub(super) const EDGES: Slots = Slots { weights: [[0.5, 0.5], [0.0, 0.5], [0.5, 0.0], [1.0 / 3.0; 2]], on_level: true };
+/// Of a point that is not remembered.
+pub(super) const NO_PLACE: u32 = u32::MAX;
+
+/// Where nothing is known. Levels count from 1.
+const NO_LEVEL: u32 = u32::MAX;
 
 /// Points on a triangle that are remembered.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub(super) struct Slots {
     weights: [[f32; 2]; SLOTS],
-    /// Whether the level is what they are measured against; else they lie on it.
-    of_target: bool,
+    /// Whether they lie on the level; else it is what they are measured against.
+    on_level: bool,
 }
 
 const SLOTS: usize = 4;
+
+impl Slots {
+    /// Where a point is remembered. `places`: an order of the triangles, in which neighbours share memory.
+    pub fn place(&self, sample: &Sample, places: &[u32]) -> u32 {
+        match self.weights.iter().position(|weights| *weights == sample.weights) {
+            Some(slot) => places[sample.triangle as usize] * SLOTS as u32 + slot as u32,
+            None => NO_PLACE,
+        }
+    }
+}
 
 /// A triangle of the other mesh, and a squared distance that the point does not exceed in any frame of a batch.
 #[derive(Debug, Clone, Copy)]
@@ -41,23 +56,13 @@ impl Remembered {
     }
 
     /// What is known in one batch. `same`: whether a triangle of the level is that of the level before; those beyond are not.
-    /// `triangles`: of the mesh that the points lie on. Without `kept` nothing is known or noted.
-    pub fn of_batch<'m>(
-        &'m mut self,
-        batch: usize,
-        same: &'m [bool],
-        slots: Slots,
-        triangles: usize,
-        kept: bool,
-    ) -> Memory<'m> {
+    /// `triangles`: as many as have places.
+    pub fn of_batch<'m>(&'m mut self, batch: usize, same: &'m [bool], slots: &Slots, triangles: usize) -> Memory<'m> {
         if self.batches.len() <= batch {
-            self.batches.resize_with(batch + 1, Vec::new);
+            let none = Known { triangle: 0, bound: f32::INFINITY, level: NO_LEVEL };
+            self.batches.resize_with(batch + 1, || vec![none; triangles * SLOTS]);
         }
-        let known = &mut self.batches[batch];
-        if kept && known.len() < triangles * SLOTS {
-            known.resize(triangles * SLOTS, Known { triangle: 0, bound: f32::INFINITY, level: 0 });
-        }
-        Memory { known: if kept { known } else { &mut [] }, same, slots, level: self.level }
+        Memory { known: &mut self.batches[batch], same, on_level: slots.on_level, level: self.level }
     }
 }
 
@@ -65,37 +70,27 @@ impl Remembered {
 pub(super) struct Memory<'m> {
     known: &'m mut [Known],
     same: &'m [bool],
-    slots: Slots,
+    on_level: bool,
     level: u32,
 }
 
 impl Memory<'_> {
-    /// What is known of a point and holds still; it then does at this level too.
-    pub fn recall(&mut self, sample: &Sample) -> Option<Known> {
-        let (level, same, of_target) = (self.level, self.same, self.slots.of_target);
-        let known = self.place(sample)?;
-        let changeable = if of_target { known.triangle } else { sample.triangle };
-        if known.level + 1 != level || !same.get(changeable as usize).copied().unwrap_or(false) {
+    /// What is known of a point of a triangle and holds still; it then does at this level too.
+    pub fn recall(&mut self, place: u32, triangle: u32) -> Option<Known> {
+        let known = self.known.get_mut(place as usize)?;
+        let changeable = if self.on_level { triangle } else { known.triangle };
+        if known.level != self.level - 1 || !self.same.get(changeable as usize).copied().unwrap_or(false) {
             return None;
         }
-        known.level = level;
+        known.level = self.level;
         Some(*known)
     }
 
     /// Notes what is true of a point at this level.
-    pub fn note(&mut self, sample: &Sample, triangle: u32, bound: f32) {
-        let level = self.level;
-        if let Some(known) = self.place(sample) {
-            *known = Known { triangle, bound, level };
+    pub fn note(&mut self, place: u32, triangle: u32, bound: f32) {
+        if let Some(known) = self.known.get_mut(place as usize) {
+            *known = Known { triangle, bound, level: self.level };
         }
-    }
-
-    fn place(&mut self, sample: &Sample) -> Option<&mut Known> {
-        if self.known.is_empty() {
-            return None;
-        }
-        let slot = self.slots.weights.iter().position(|weights| *weights == sample.weights)?;
-        self.known.get_mut(sample.triangle as usize * SLOTS + slot)
     }
 }
 
@@ -105,27 +100,29 @@ mod tests {
 
     #[test]
     fn what_is_known_holds_while_nothing_changes_and_no_longer() {
-        let middle = |triangle| Sample { triangle, weights: [1.0 / 3.0; 2] };
-        let elsewhere = Sample { triangle: 0, weights: [0.2, 0.3] };
+        let places = [1, 2, 0];
         for slots in [CORNERS, EDGES] {
+            let place = |triangle| slots.place(&Sample { triangle, weights: [1.0 / 3.0; 2] }, &places);
+            assert_eq!([0, 1].map(place), [7, 11]);
+            assert_eq!(slots.place(&Sample { triangle: 0, weights: [0.2, 0.3] }, &places), NO_PLACE);
             let mut all = Remembered::default();
-            let mut at_level = |same: &[bool], kept: bool, noted: Option<u32>| {
+            let mut at_level = |same: &[bool], noted: Option<u32>| {
                 all.next_level();
-                let mut memory = all.of_batch(0, same, slots, 3, kept);
-                let known = [0, 1].map(|t| memory.recall(&middle(t)).map(|known| known.bound));
-                memory.note(&elsewhere, 0, 9.0);
-                assert!(memory.recall(&elsewhere).is_none());
-                noted.into_iter().for_each(|t| memory.note(&middle(t), t, 0.5));
+                let mut memory = all.of_batch(0, same, &slots, 3);
+                let known = [0, 1].map(|t| memory.recall(place(t), t).map(|known| known.bound));
+                memory.note(NO_PLACE, 0, 9.0);
+                assert!(memory.recall(NO_PLACE, 0).is_none());
+                noted.into_iter().for_each(|t| memory.note(place(t), t, 0.5));
                 known
             };
-            assert_eq!(at_level(&[true; 3], true, Some(1)), [None, None]);
-            assert_eq!(at_level(&[true; 3], true, None), [None, Some(0.5)]);
-            assert_eq!(at_level(&[true; 3], true, None), [None, Some(0.5)], "it holds from level to level");
-            assert_eq!(at_level(&[true, false, true], true, Some(0)), [None, None]);
-            assert_eq!(at_level(&[true; 3], true, None), [Some(0.5), None], "nor once it is as before again");
-            assert_eq!(at_level(&[], false, None), [None, None], "a level of its own");
-            assert_eq!(at_level(&[true; 3], true, None), [None, None]);
-            assert_eq!(at_level(&[true], true, None), [None, None]);
+            assert_eq!(at_level(&[true; 3], Some(1)), [None, None]);
+            assert_eq!(at_level(&[true; 3], None), [None, Some(0.5)]);
+            assert_eq!(at_level(&[true; 3], None), [None, Some(0.5)], "it holds from level to level");
+            assert_eq!(at_level(&[true, false, true], Some(0)), [None, None]);
+            assert_eq!(at_level(&[true; 3], None), [Some(0.5), None], "nor once it is as before again");
+            assert_eq!(at_level(&[], None), [None, None], "a level of its own");
+            assert_eq!(at_level(&[true; 3], Some(1)), [None, None]);
+            assert_eq!(at_level(&[true], None), [None, None]);
         }
     }
 }

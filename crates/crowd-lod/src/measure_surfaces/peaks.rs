@@ -26,6 +26,11 @@ pub(super) struct Peaks {
 }
 
 impl Peaks {
+    /// Whether nothing is noted: then there is nothing to climb.
+    pub fn is_empty(&self) -> bool {
+        self.highest.is_empty()
+    }
+
     /// The squared distance that a point must exceed to be of interest, when `largest` is that of the farthest so far.
     pub fn least(largest: f32) -> f32 {
         LEAST_SHARE_SQUARED * largest

@@ -1,7 +1,7 @@
 //! Points whose distances to the other surface are looked at: which ones, and how far they are.
 
-use super::batches::{Batch, LANES, Side};
-use super::memory::Memory;
+use super::batches::{Batch, InFrames, LANES, Side};
+use super::memory::{Memory, NO_PLACE, Slots};
 use super::peaks::Peaks;
 use super::{MAXIMUM_SAMPLES, Surface, place};
 use crate::closest::{ClosestTriangles, distances_of_lanes};
@@ -25,11 +25,13 @@ pub(super) struct Target<'a> {
 pub(super) struct Points {
     pub samples: Vec<Sample>,
     closest: Vec<u32>,
+    /// Where each is remembered, if any are.
+    memory: Vec<u32>,
 }
 
 impl Points {
     fn new(samples: Vec<Sample>) -> Self {
-        Self { closest: samples.iter().map(|sample| sample.triangle).collect(), samples }
+        Self { closest: samples.iter().map(|sample| sample.triangle).collect(), samples, memory: Vec::new() }
     }
 
     /// Samples that can lie anywhere but on themselves.
@@ -80,7 +82,7 @@ impl Points {
         Self::new(samples)
     }
 
-    /// Squared distances of all points: their sum, and the largest.
+    /// Squared distances of all points in one frame: their sum, and the largest.
     pub fn sum_squares<'a>(
         &mut self,
         positions: &[[f32; 3]],
@@ -103,12 +105,50 @@ impl Points {
         (sum, largest)
     }
 
+    /// Squared distances of all points in the frames of a batch.
+    pub fn squares_in_frames(&mut self, from: &Side<'_>, to: &InFrames<'_>) -> Vec<[f32; LANES]> {
+        let (samples, closest, mut waiting) = (&self.samples, &mut self.closest, Vec::new());
+        if samples.is_empty() {
+            return Vec::new();
+        }
+        let (tree, rows) = (to.tree, to.rows);
+        let mut all = Vec::with_capacity(samples.len());
+        dispatch!(Vectors::new(), _ => {
+            for (sample, closest) in samples.iter().zip(closest.iter_mut()) {
+                let point = from.point(sample);
+                let (squares, found) =
+                    tree.closest_in_frames(to.boxes, &point, rows.rows, rows.triangles, *closest, &mut waiting);
+                *closest = found;
+                all.push(squares);
+            }
+        });
+        all
+    }
+
     /// Brings the points into the order of `places`, one a triangle that they lie on: neighbours then come one after the other. `likely`:
     /// for each of these triangles one of the other mesh that was closest at another level, if known.
     pub fn sort_by_place(&mut self, places: &[u32], likely: &[u32]) {
-        self.samples.sort_by_key(|sample| places[sample.triangle as usize]);
+        let place = |sample: &Sample| places[sample.triangle as usize] as usize;
+        // Counted, not compared: there are as many points as triangles, at each level.
+        let mut next = vec![0_u32; places.len() + 1];
+        self.samples.iter().for_each(|sample| next[place(sample) + 1] += 1);
+        for at in 1..next.len() {
+            next[at] += next[at - 1];
+        }
+        let mut sorted = self.samples.clone();
+        for sample in &self.samples {
+            let next = &mut next[place(sample)];
+            sorted[*next as usize] = *sample;
+            *next += 1;
+        }
+        self.samples = sorted;
         let likely = |sample: &Sample| likely.get(sample.triangle as usize).copied().unwrap_or(sample.triangle);
         self.closest = self.samples.iter().map(likely).collect();
+    }
+
+    /// Has them remembered from level to level. `places`: an order of their triangles in which neighbours are near each other in space.
+    pub fn remember(&mut self, slots: &Slots, places: &[u32]) {
+        self.memory = self.samples.iter().map(|sample| slots.place(sample, places)).collect();
     }
 
     /// Notes for each triangle what is closest to one of its points, for another level.
@@ -145,7 +185,8 @@ impl Points {
                 while at < self.samples.len() && count < AT_ONCE {
                     if ahead || at % AHEAD != 0 {
                         let mut counts = true;
-                        if let Some(known) = memory.recall(&self.samples[at]) {
+                        let place = self.memory.get(at).copied().unwrap_or(NO_PLACE);
+                        if let Some(known) = memory.recall(place, self.samples[at].triangle) {
                             self.closest[at] = known.triangle;
                             counts = known.bound > least;
                         }
@@ -173,17 +214,18 @@ impl Points {
                 for (near, &i) in near.iter_mut().zip(chunk) {
                     let bound = self.search(i, near, largest, batch, from, to, &mut peaks);
                     last_found = self.closest[i];
-                    memory.note(&self.samples[i], last_found, bound);
+                    if let Some(&place) = self.memory.get(i) {
+                        memory.note(place, last_found, bound);
+                    }
                 }
             }
         }
         for lane in (0..batch.count).rev() {
-            let found = std::mem::take(&mut peaks[lane]).climb(
-                largest.squared,
-                from.positions(lane),
-                from.triangles,
-                &to.target(lane),
-            );
+            let peaks = std::mem::take(&mut peaks[lane]);
+            if peaks.is_empty() {
+                continue;
+            }
+            let found = peaks.climb(largest.squared, from.positions(lane), from.triangles, &to.target(lane));
             // No climb ends below where it was to begin: what is no larger was not found here.
             if found > largest.squared {
                 largest.take(found, batch.first + lane);
