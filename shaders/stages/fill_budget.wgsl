@@ -1,7 +1,8 @@
 // Water filling: the highest level of water (vertices a unit of weight; they or their triangles count) at which the crowd fits the budget;
 // what is left goes to the first instances as a step towards the next height.
 // The twin looks at sixteen heights in each of three passes. All heights that it may come to are cells here, numbered as they rise. What the crowd takes
-// never falls as the water rises, so any search for the last cell that fits finds the same one: this begins where the water was before.
+// never falls as the water rises (no table of levels falls, but for one that is crafted to), so any search for the last cell that fits finds the same one: this
+// begins where the water was before.
 // Integers and single products only, so the twin is equal. Twin: crowd-stages/src/cpu/fill_budget.rs.
 
 @group(0) @binding(0) var<uniform> config: FrameConfig;
@@ -139,7 +140,11 @@ fn begin() {
         }
         fill.candidates[before] = hint;
     }
-    let cell = max(cell_of(hint), 1u);
+    var cell = max(cell_of(hint), 1u);
+    // Nothing fits but the coarsest levels, or not even those: the lowest height says so at once.
+    if sums.min_vertex_count >= config.budget {
+        cell = 1u;
+    }
     try_cell(BEFORE_SLOT, select(max(cell, 65u) - 64u, before * FILL_CELLS, has_before()));
     try_cell(3u, max(cell, 9u) - 8u);
     try_cell(4u, cell);
@@ -334,6 +339,12 @@ fn narrow(@builtin(local_invocation_index) lane: u32) {
             fill.high_count = count;
             fill.high_slot = slots + slot;
         }
+    }
+    // Where a table of levels falls, a height that fits may lie above one that does not: there is nothing between them to look for.
+    if fill.high_cell < fill.low_cell {
+        fill.high_cell = fill.low_cell;
+        fill.high_count = fill.low_count;
+        fill.high_slot = fill.low_slot;
     }
     if fill.high_cell > LAST_CELL && fill.low_cell == LAST_CELL {
         fill.high_slot = fill.low_slot;

@@ -40,7 +40,7 @@ fn shadow_may_show(center: vec3f, radius: f32) -> bool {
     return shows;
 }
 
-// Dots for somebody of a few texels, about one a texel of their height and fewer vertices than the coarsest mesh; 0: the mesh.
+// Dots for somebody of a few texels, about one a texel of their height fewer vertices than the coarsest mesh and no more triangles; 0: the mesh.
 fn dots_of(radius: f32, cascade: Cascade, coarsest: LodRecord) -> u32 {
     let height = radius / (0.55 * cascade.texel_m);
     let may_be = config.dot_area_px2 > 0.0 && height < DOTS_BELOW_TEXELS;
@@ -48,7 +48,7 @@ fn dots_of(radius: f32, cascade: Cascade, coarsest: LodRecord) -> u32 {
         return 0u;
     }
     var dots = 1u << firstLeadingBit(u32(max(height, 1.0)));
-    while dots > 0u && dots * DOT_VERTICES >= coarsest.vertex_count {
+    while dots > 0u && (dots * DOT_VERTICES >= coarsest.vertex_count || dots > max(coarsest.triangle_count, 1u)) {
         dots /= 2u;
     }
     return dots;

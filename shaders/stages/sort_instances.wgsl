@@ -15,8 +15,8 @@ const SORT_ENTRIES: u32 = SORT_BLOCK_SIZE * SORT_RUN;
 
 var<workgroup> places: array<u32, SORT_BLOCK_SIZE>;
 // Of value d and thread t, at `tally_at`: how many entries of its run have it; then where the next of them goes. Each thread has numbers of its
-// own: an atomic that it shares is dear on software Vulkan, and where all keys are alike on cards.
-var<workgroup> tallies: array<u32, 4096>;
+// own: an atomic that it shares is dear on software Vulkan. All 16 KiB that a group may have everywhere: no entry point may use both arrays.
+var<workgroup> tallies: array<u32, SORT_BLOCK_SIZE * SORT_BLOCK_SIZE>;
 
 fn block_count() -> u32 {
     return (config.instance_count + SORT_ENTRIES - 1u) / SORT_ENTRIES;

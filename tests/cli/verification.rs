@@ -126,6 +126,13 @@ fn an_error_that_was_made_smaller_is_found() {
     fails(break_and_verify(fake), "errors-measure-again");
 }
 
+/// Distances between such places are no numbers any more, and a search among them would look at everything.
+#[test]
+fn a_pose_too_far_off_to_be_measured_is_refused() {
+    let far = |pack: &mut PackContents| pack.vertices.iter_mut().for_each(|v| v.position[0] *= 1.0e30);
+    fails(break_and_verify(far), "errors-measure-again");
+}
+
 #[test]
 fn an_error_of_a_refitted_level_that_was_made_smaller_or_larger_is_found() {
     let bench = Bench::with(&[TUBE]);

@@ -99,9 +99,25 @@ fn levels_are_those_of_a_search_from_the_beginning_wherever_the_water_was() {
             assert_eq!(of(fill), of(expected.1), "{hint:#x}");
             assert!(fill.smooth_bits.abs_diff(expected.1.smooth_bits) <= 2, "{fill:?}, {:?}", expected.1);
             assert_eq!(fill.high_cell, fill.low_cell + 1, "{hint:#x}: found");
+            let is_close = (0.999..1.001).contains(&(f32::from_bits(hint) / top));
+            assert!(fill.pass_number <= if is_close { 2 } else { 5 }, "{hint:#x}: {} looks", fill.pass_number);
             assert_eq!(sums.water_bits, expected.2.water_bits);
         }
     }
+}
+
+/// What the coarsest levels alone exceed is known after one look.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn a_budget_below_the_coarsest_levels_takes_one_look() {
+    let quantized = buckets().quantized_lods(data());
+    let case = case(1000, 1, Weight::Area);
+    let selected = case.select_culled();
+    let (choices, fill, _) = on_gpu_after(&case, &quantized, &selected, 0, case.count());
+    let expected = on_cpu(&case, &quantized, &selected);
+    assert_eq!(first_difference(&choices, &expected.0), None);
+    assert!(expected.1.low_count > case.config.budget, "the case is not worth running");
+    assert_eq!((fill.low_bits, fill.low_count, fill.pass_number), (0, expected.1.low_count, 1));
 }
 
 /// Chunks of more than one block, and a frame of fewer people than it is recorded for, who are then in more chunks.

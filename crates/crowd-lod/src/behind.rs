@@ -453,6 +453,31 @@ mod tests {
     }
 
     #[test]
+    fn a_twin_follows_at_any_price_once_few_triangles_are_left() {
+        // A ball of more than fifty times as many triangles as each of the two lumps on its sides.
+        let mut mesh = uv_sphere(80, 60);
+        for side in [-1.0, 1.0] {
+            let mut lump = uv_sphere(6, 5);
+            lump.positions.iter_mut().for_each(|p| *p = [side * (p[0] * 0.1 + 1.2), p[1] * 0.1, p[2] * 0.1]);
+            mesh.append(&lump);
+        }
+        let (mut behind, sources) = behind(&mesh);
+        let last = sources.iter().max().copied().expect("triangles");
+        let lump = behind.part_of[sources.iter().position(|&t| t == last).expect("no triangle is degenerate")];
+        let of_lump: Vec<u32> = (0..sources.len() as u32).filter(|&t| behind.part_of[t as usize] == lump).collect();
+        let other = behind.part_of[of_lump[0] as usize - of_lump.len()];
+        (behind.twins[lump as usize], behind.twins[other as usize]) = (other, lump);
+        assert!(other != lump && of_lump.len() as u32 > LAST_OF_TWIN, "{other} {lump} {}", of_lump.len());
+        let mut follow = Vec::new();
+        for &triangle in &of_lump {
+            follow.push((behind.left[lump as usize], behind.are_of_last_of_twin(&of_lump[..1])));
+            behind.remove(triangle);
+        }
+        assert!(follow.iter().all(|&(left, follows)| follows == (left <= LAST_OF_TWIN)), "{follow:?}");
+        assert!(!behind.are_of_last_of_twin(&[0]), "the ball has no twin");
+    }
+
+    #[test]
     fn nothing_is_asked_of_an_empty_one() {
         let mut behind = Behind::default();
         behind.remove(3);

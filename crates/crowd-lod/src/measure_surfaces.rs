@@ -182,10 +182,13 @@ impl<'a> SurfaceMeasure<'a> {
     /// Measures levels against full detail. Panics if an index lies outside its slice.
     ///
     /// What was closest at one level is looked at first at the next one: fast where neighbours in the list are alike. It changes no
-    /// figure: a point that lies farther than half the largest distance is searched whatever was closest before.
+    /// figure: what is passed over could not, by what is known of it, be the largest distance or a frame's.
     pub fn measure(&self, levels: &[LevelSurface<'_>]) -> Vec<SurfaceError> {
         let in_turn = |levels: &[LevelSurface<'_>]| {
-            let mut likely = Likely::default();
+            let is_shared = |level: &&LevelSurface<'_>| matches!(level, LevelSurface::Shared(_));
+            let remembers = levels.iter().filter(is_shared).count() > 1;
+            let mut likely =
+                Likely { remembered: if remembers { self.full.triangles.len() } else { 0 }, ..Likely::default() };
             // Coarser levels keep the triangles of finer ones: the last ones first.
             let errors = levels.iter().rev().map(|level| measure_level_surface(self, level, &mut likely));
             let mut errors: Vec<SurfaceError> = errors.collect();
@@ -208,6 +211,8 @@ struct Likely<'l> {
     to_full: Vec<u32>,
     /// Triangles of the level before, where it shares its vertices with this one.
     before: &'l [[u32; 3]],
+    /// Triangles whose points are remembered; none where no level follows that could ask.
+    remembered: usize,
     /// How far the points of full detail and of the level lay from those.
     lost: Remembered,
     covered: Remembered,
@@ -273,7 +278,8 @@ fn measure_level_surface<'l>(
         let level_side = Side::of_rest(surface.triangles, level_rows, level_positions, &tree);
         let mean_lanes = (0..frames_of_mean(batch, mean_frames)).rev();
         let known = reference.boxes[number].as_ref().filter(|_| tree.suits_frames());
-        if let Some((boxes, in_level)) = known.zip(level_side.in_frames()) {
+        let in_frames = known.and_then(|boxes| Some((boxes, level_side.in_frames()?)));
+        if let Some((boxes, in_level)) = in_frames {
             let in_full = InFrames { tree: &reference.rest_tree, boxes, rows: all_rows };
             let squares =
                 [there.squares_in_frames(&full_side, &in_level), back.squares_in_frames(&level_side, &in_full)];
@@ -294,9 +300,9 @@ fn measure_level_surface<'l>(
                 }
             }
         }
-        let mut memory = likely.lost.of_batch(number, &same, &CORNERS, full.triangles.len());
+        let mut memory = likely.lost.of_batch(number, &same, &CORNERS, likely.remembered);
         lost.raise(&mut largest, batch, &full_side, &level_side, &mut memory);
-        let mut memory = likely.covered.of_batch(number, &same, &EDGES, full.triangles.len());
+        let mut memory = likely.covered.of_batch(number, &same, &EDGES, likely.remembered);
         covered.raise(&mut largest, batch, &level_side, &full_side, &mut memory);
     }
     lost.note_closest(&mut likely.to_level);

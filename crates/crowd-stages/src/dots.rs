@@ -24,9 +24,10 @@ const AREA_FACTOR: f32 = 1.2;
 /// Rounds of moving the dots to the middles of what they stand for.
 const ROUNDS: u32 = 8;
 
-/// Whether so many dots have fewer vertices than a character's coarsest mesh; else it has no such level.
+/// Whether so many dots have fewer vertices than a character's coarsest mesh, and no more triangles; else it has no such level.
 pub(crate) fn dots_are_coarser(character: &CharacterRecord, dots: u32) -> bool {
-    dots * DOT_VERTICES < character.min_vertex_count
+    let CharacterRecord { min_vertex_count, min_triangle_count, .. } = *character;
+    dots * DOT_VERTICES < min_vertex_count && dots <= min_triangle_count.max(1)
 }
 
 /// Corners of all dots of all characters: level after level as in [`DOT_COUNTS`], three corners a dot.
@@ -298,6 +299,21 @@ mod tests {
         }
         let [one] = level(&corners, 0)[..] else { panic!("the first level is one dot") };
         assert!(one.half_size_m[1] > 1.8 * one.half_size_m[0], "{one:?}");
+    }
+
+    #[test]
+    fn no_level_of_dots_has_more_than_the_coarsest_mesh() {
+        let least = |min_vertex_count, min_triangle_count| CharacterRecord {
+            min_vertex_count,
+            min_triangle_count,
+            ..pillar(1.0).characters[0]
+        };
+        let has = |character: CharacterRecord| DOT_COUNTS.map(|dots| dots_are_coarser(&character, dots));
+        assert_eq!(has(least(25, 20)), [true, true, true, true, false]);
+        // A pack may keep vertices that no triangle has: a table of levels must not fall for it.
+        assert_eq!(has(least(60, 2)), [true, true, false, false, false]);
+        assert_eq!(has(least(60, 0)), [true, false, false, false, false]);
+        assert_eq!(has(least(3, 1)), [false; 5]);
     }
 
     #[test]

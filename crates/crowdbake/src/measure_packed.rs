@@ -3,16 +3,21 @@
 use crate::assemble::px_per_m;
 use crate::measure_levels::{LevelMeasure, LevelShape, MeasuredFrames, poked_shares};
 use crate::ordered_mesh::OrderedMesh;
-use crate::pose::Mat3x4;
+use crate::pose::{Mat3x4, pose_positions};
 use crate::unpack::Unpacked;
 use crowd_lod::Level;
 use crowd_pack::{LodRecord, ManifestMeasured};
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Points a side and frame that a pack may ask to be measured on: what a bake uses is far below.
 pub(crate) const MOST_SAMPLES: u32 = 10_000;
 
-/// What is measured of levels of the order; of stored ones it is what the pack says. `None` where a pack names no frames.
+/// How far off a pose may lie, metres: what a bake allows, and room for what storing it rounds.
+const MOST_POSED_M: f32 = 1.0e7;
+
+/// What is measured of levels of the order; of stored ones it is what the pack says. `None` where a pack names no frames, or such
+/// as cannot be measured.
 ///
 /// The bound is at least that of the next finer quantised level, as in a bake.
 pub(crate) fn measure_packed(character: &Unpacked<'_>, levels: &[LodRecord]) -> Vec<Option<ManifestMeasured>> {
@@ -28,11 +33,9 @@ pub(crate) fn measure_packed(character: &Unpacked<'_>, levels: &[LodRecord]) -> 
         .collect();
     let key = |level: &LodRecord| (level.vertex_count, level.triangle_count);
     let missing: Vec<LodRecord> = levels.iter().filter(|level| !stored.contains_key(&key(level))).copied().collect();
-    let new = if missing.is_empty() || manifest.measuring.mean_frames.is_empty() {
-        BTreeMap::new()
-    } else {
-        missing.iter().map(key).zip(measure_missing(character, &missing)).collect()
-    };
+    let asked = !missing.is_empty() && !manifest.measuring.mean_frames.is_empty();
+    let measured = if asked { measure_missing(character, &missing) } else { Vec::new() };
+    let new: BTreeMap<_, _> = missing.iter().map(key).zip(measured).collect();
     let found = |level: &LodRecord| stored.get(&key(level)).copied().or_else(|| new.get(&key(level))).cloned();
     levels.iter().map(found).collect()
 }
@@ -42,6 +45,9 @@ fn measure_missing(character: &Unpacked<'_>, levels: &[LodRecord]) -> Vec<Manife
     let frames = MeasuredFrames { mean: measuring.mean_frames.clone(), worst: measuring.worst_frames.clone() };
     let (mesh, palettes) = (OrderedMesh::of_pack(character), palettes_of(character, &frames));
     let joint_count = character.joint_count();
+    if expect_measurable(character, &palettes).is_err() {
+        return Vec::new();
+    }
     let samples = measuring.samples_per_frame.min(MOST_SAMPLES);
     let shape = |&LodRecord { vertex_count, triangle_count }: &LodRecord| {
         LevelShape::Shared(mesh.level_triangles(&Level { vertex_count, triangle_count, error_m: 0.0 }))
@@ -112,6 +118,22 @@ pub(crate) fn palettes_of(character: &Unpacked<'_>, frames: &MeasuredFrames) -> 
         first = end;
     }
     frames.all().flat_map(|frame| by_frame.get(&(frame as usize)).cloned().unwrap_or_default()).collect()
+}
+
+/// Refuses poses so far off that distances are no numbers any more: a bake writes none, but a pack's matrices may say so. `palettes`: of frames,
+/// one after the other.
+pub(crate) fn expect_measurable(character: &Unpacked<'_>, palettes: &[Mat3x4]) -> Result<(), String> {
+    let is_near = |p: &[f32; 3]| p.iter().all(|c| c.abs() <= MOST_POSED_M);
+    palettes.par_chunks_exact(character.joint_count().max(1)).try_for_each(|palette| {
+        let posed = pose_positions(&character.positions, &character.joints, &character.weights, palette);
+        match posed.iter().position(|p| !is_near(p)) {
+            None => Ok(()),
+            Some(vertex) => Err(format!(
+                "a frame that the levels are measured in has vertex {vertex} at {:?}, beyond {MOST_POSED_M} m",
+                posed[vertex]
+            )),
+        }
+    })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! That the bytes are whole and the records agree with each other was checked on opening; here levels are rebuilt.
 
 use crate::measure_levels::{LevelMeasure, LevelShape, MeasuredFrames, measure_in_frame_too};
-use crate::measure_packed::{MOST_SAMPLES, frame_of_clip, palettes_of};
+use crate::measure_packed::{MOST_SAMPLES, expect_measurable, frame_of_clip, palettes_of};
 use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crate::pose::pose_positions;
 use crate::units::{counted, length};
@@ -317,6 +317,7 @@ fn check_errors(character: &Unpacked<'_>) -> Result<String, String> {
     let promised: Vec<&ManifestMeasured> =
         manifest.measured.iter().chain(manifest.discrete.iter().map(|discrete| &discrete.measured)).collect();
     let palettes = palettes_of(character, &frames);
+    expect_measurable(character, &palettes)?;
     let samples = measuring.samples_per_frame.min(MOST_SAMPLES);
     let mut found = LevelMeasure::new(&mesh, &frames, &palettes, character.joint_count(), samples).measure(&shapes);
     // A refitted level may be worst in a frame that no other one is measured in.
@@ -327,6 +328,7 @@ fn check_errors(character: &Unpacked<'_>) -> Result<String, String> {
     let own: Vec<Option<u32>> = promised.iter().zip(&shapes).map(own_frame).collect();
     let further = MeasuredFrames { mean: Vec::new(), worst: own.iter().copied().flatten().collect() };
     let palettes = palettes_of(character, &further);
+    expect_measurable(character, &palettes)?;
     let mut palettes = palettes.chunks_exact(character.joint_count().max(1));
     for ((frame, found), shape) in own.into_iter().zip(&mut found).zip(&shapes) {
         let Some(frame) = frame else { continue };

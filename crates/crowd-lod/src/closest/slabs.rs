@@ -95,7 +95,7 @@ impl ClosestTriangles {
 fn axes_along([a, b, c]: [[f32; 3]; 3]) -> [[f32; 3]; 3] {
     let unit = |v: [f32; 3]| {
         let size = v.iter().fold(0.0_f32, |size, c| size.max(c.abs()));
-        if !(size > 0.0 && size.is_finite()) {
+        if !(size > 0.0 && v.iter().all(|c| c.is_finite())) {
             return None;
         }
         let v = v.map(|c| c / size);
@@ -223,6 +223,8 @@ mod tests {
             [p, [1.0e-20, 0.0, 0.0], [1.0e20, 0.0, 0.0]],
             [p, [4.0, 2.5, 3.0], [4.0, 2.5001, 3.0]],
             [p, [f32::INFINITY, 0.0, 0.0], p],
+            [[f32::INFINITY, 0.0, 0.0], [f32::INFINITY, 1.0, 0.0], [f32::INFINITY, 0.0, 1.0]],
+            [[f32::NAN, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         ] {
             let axes = axes_along(triangle);
             for (i, j) in [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)] {

@@ -27,7 +27,9 @@ impl Slots {
     /// Where a point is remembered. `places`: an order of the triangles, in which neighbours share memory.
     pub fn place(&self, sample: &Sample, places: &[u32]) -> u32 {
         match self.weights.iter().position(|weights| *weights == sample.weights) {
-            Some(slot) => places[sample.triangle as usize] * SLOTS as u32 + slot as u32,
+            Some(slot) => {
+                places.get(sample.triangle as usize).map_or(NO_PLACE, |place| place * SLOTS as u32 + slot as u32)
+            }
             None => NO_PLACE,
         }
     }
@@ -41,6 +43,9 @@ pub(super) struct Known {
     /// The level at which this held last.
     level: u32,
 }
+
+/// Bytes that what is known of one side may take in all batches; of more points nothing is remembered, which costs time alone.
+const MOST_BYTES: usize = 256 << 20;
 
 /// What is known of all points of one side.
 #[derive(Debug, Default)]
@@ -56,11 +61,13 @@ impl Remembered {
     }
 
     /// What is known in one batch. `same`: whether a triangle of the level is that of the level before; those beyond are not.
-    /// `triangles`: as many as have places.
+    /// `triangles`: as many as have places; 0 where no level follows that could ask.
     pub fn of_batch<'m>(&'m mut self, batch: usize, same: &'m [bool], slots: &Slots, triangles: usize) -> Memory<'m> {
         if self.batches.len() <= batch {
             let none = Known { triangle: 0, bound: f32::INFINITY, level: NO_LEVEL };
-            self.batches.resize_with(batch + 1, || vec![none; triangles * SLOTS]);
+            let points = triangles * SLOTS;
+            let fits = (batch + 1) * points * size_of::<Known>() <= MOST_BYTES;
+            self.batches.resize_with(batch + 1, || vec![none; if fits { points } else { 0 }]);
         }
         Memory { known: &mut self.batches[batch], same, on_level: slots.on_level, level: self.level }
     }

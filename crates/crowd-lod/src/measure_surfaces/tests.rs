@@ -204,3 +204,31 @@ fn threads_do_not_change_the_numbers() {
     };
     assert_eq!(run(1), run(3));
 }
+
+/// What is remembered from one level to the next changes nothing.
+#[test]
+fn levels_measure_in_turn_as_each_does_alone() {
+    let (mesh, poses) = bending_tube();
+    let order = simplify_checked(&mesh, &poses, &quick());
+    let ordered = in_order(&mesh, &order);
+    let chosen = crate::geometric_levels(&order.levels, 40);
+    let reformed = |&i: &usize| {
+        reform(&order.triangles, &order.collapse_map, order.levels[i].vertex_count, order.levels[i].triangle_count)
+    };
+    let reformed: Vec<Vec<[u32; 3]>> = chosen.iter().map(reformed).collect();
+    let wider: Vec<[f32; 3]> = ordered.positions.iter().map(|p| [p[0] * 1.02, p[1], p[2]]).collect();
+    let middle = reformed.len() / 2;
+    let own = Surface { positions: &wider, triangles: &reformed[middle], ..ordered.surface() };
+    let mut levels: Vec<LevelSurface<'_>> = reformed.iter().map(|level| LevelSurface::Shared(level)).collect();
+    levels.insert(middle, LevelSurface::Own(own));
+    assert!(levels.len() > 3 * TURNS, "several levels a turn: {}", levels.len());
+    let few = TestPoses::even(poses.palettes[..60].to_vec(), 2);
+    let in_turn = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| measure(&ordered, &levels, &few, 12))
+    };
+    let alone: Vec<SurfaceError> =
+        levels.iter().map(|level| measure(&ordered, std::slice::from_ref(level), &few, 12)[0]).collect();
+    assert_eq!(in_turn(1), alone);
+    assert_eq!(in_turn(3), alone);
+}

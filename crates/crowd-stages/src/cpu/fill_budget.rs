@@ -146,7 +146,7 @@ fn narrow(fill: &mut FillState, counts: &[u32; CANDIDATES], config: &FrameConfig
     let searched = if fill.pass_number == 0 { CANDIDATES - 1 } else { CANDIDATES };
     for (&bits, &count) in fill.candidates.iter().zip(counts).take(searched) {
         if count > fill.goal {
-            if bits < fill.high_bits {
+            if bits <= fill.high_bits {
                 (fill.high_bits, fill.high_count) = (bits, count);
             }
         } else if bits >= fill.low_bits {

@@ -76,7 +76,7 @@ fn coarser_than(buckets: &Buckets, character: u32, vertex_count: u32) -> LodChoi
     LodChoice { vertex_count, triangle_count }
 }
 
-/// Dots for somebody of a few texels, about one a texel of their height and fewer vertices than the coarsest mesh; 0: the mesh.
+/// Dots for somebody of a few texels, about one a texel of their height fewer vertices than the coarsest mesh and no more triangles; 0: the mesh.
 fn dots_of(radius: f32, cascade: &Cascade, coarsest: &LodRecord, config: &FrameConfig) -> u32 {
     let height = radius / (0.55 * cascade.texel_m);
     let may_be = config.dot_area_px2 > 0.0 && height < DOTS_BELOW_TEXELS;
@@ -84,7 +84,7 @@ fn dots_of(radius: f32, cascade: &Cascade, coarsest: &LodRecord, config: &FrameC
         return 0;
     }
     let mut dots = 1 << (height.max(1.0) as u32).ilog2();
-    while dots > 0 && dots * DOT_VERTICES >= coarsest.vertex_count {
+    while dots > 0 && (dots * DOT_VERTICES >= coarsest.vertex_count || dots > coarsest.triangle_count.max(1)) {
         dots /= 2;
     }
     dots
