@@ -102,9 +102,12 @@ pub(super) fn bars_of(
         return bars;
     }
     for &ratio in &ratios {
-        let cells = characters.iter().flat_map(|character| worst_cells(character, peers, ratio));
-        let worst = cells.max_by(|a, b| a.0.total_cmp(&b.0));
-        bars.extend(worst.map(|(found, metric, than)| bar("refit", metric, &than, ratio, found, CELL_FACTOR)));
+        let mut cells: Vec<_> = characters.iter().flat_map(|character| cells_of(character, peers, ratio)).collect();
+        cells.sort_by(|a, b| b.0.total_cmp(&a.0));
+        // All that are lost, and the worst where none is.
+        let lost = cells.iter().filter(|(found, ..)| *found > CELL_FACTOR).count();
+        cells.truncate(lost.max(1));
+        bars.extend(cells.iter().map(|(found, metric, than)| bar("refit", metric, than, ratio, *found, CELL_FACTOR)));
     }
     for &ratio in &ratios {
         let worst = published.iter().filter(|cell| cell.ratio == ratio).max_by(|a, b| a.found.total_cmp(&b.found));
@@ -139,7 +142,7 @@ fn motion_quotient<'a>(character: &'a CharacterScores, ours: &str, ratio: f64) -
 }
 
 /// Ours against the best that any peer near the target reached, for the metrics in which no cell may be lost.
-fn worst_cells(character: &CharacterScores, peers: &[&'static str], ratio: f64) -> Vec<(f64, &'static Metric, String)> {
+fn cells_of(character: &CharacterScores, peers: &[&'static str], ratio: f64) -> Vec<(f64, &'static Metric, String)> {
     let Some(ours) = find(character, "refit", ratio).filter(|score| score.reached) else { return Vec::new() };
     let Some(verdict) = ours.verdict else { return Vec::new() };
     let counted =
@@ -216,9 +219,16 @@ mod tests {
             bars.into_iter().find(|bar| bar.allowed == CELL_FACTOR).unwrap()
         };
         let won = scores("a", &row(0.1, 1.0, 100));
-        let lost = scores("b", &row(1.1, 1.0, 100));
-        let found = cell(&[won, lost]);
+        let lost_again = || scores("b", &row(1.1, 1.0, 100));
+        let found = cell(&[won, lost_again()]);
         assert!(!found.met && found.than == "meshopt-best on b", "{found:?}");
+        // Another one behind it is shown too.
+        let further = scores("c", &row(1.05, 1.0, 100));
+        let bars = bars_of(&[lost_again(), further], &[], &["meshopt-best"], true);
+        let shown: Vec<&str> =
+            bars.iter().filter(|bar| bar.allowed == CELL_FACTOR).map(|bar| bar.than.as_str()).collect();
+        assert!(shown.contains(&"meshopt-best on b") && shown.contains(&"meshopt-best on c"), "{shown:?}");
+        assert!(bars.iter().filter(|bar| bar.allowed == CELL_FACTOR).all(|bar| !bar.met));
         // A peer far below the target gives no cell.
         let bars = bars_of(&[scores("b", &row(1.1, 1.0, 80))], &[], &["meshopt-best"], true);
         assert!(bars.iter().all(|bar| bar.allowed != CELL_FACTOR));

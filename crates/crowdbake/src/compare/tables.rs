@@ -75,7 +75,7 @@ pub(crate) fn to_markdown(comparison: &Comparison) -> String {
     out += "## All characters together\n\nGeometric means, only over the characters where the target was reached.\n\n";
     out += &markdown(&means_table(&comparison.means));
     out += "\n## Bars\n\nWhat we ask of our levels: ours divided by theirs, over the characters where both reached the \
-            target; for single cells (allowed 1.03) the worst of all characters and of RMS, picture, colour and normals.\n\n";
+            target; for single cells (allowed 1.03) all of RMS, picture, colour and normals of any character that are lost, or else the worst.\n\n";
     out += &markdown(&bars_table(&comparison.bars));
     if !comparison.published.is_empty() {
         let _ = write!(out, "\n## Single cells judged elsewhere\n\n{PUBLISHED}\n\n");
