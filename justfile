@@ -32,7 +32,7 @@ compare assets="../shared/assets":
 compare-more assets="../shared/assets":
     cargo run --release -p crowdbake -- compare {{assets}}/kaykit-adventurers/Barbarian.glb {{assets}}/kaykit-adventurers/Rogue.glb {{assets}}/kaykit-adventurers/Rogue_Hooded.glb {{assets}}/kaykit-skeleton-minion/skeleton_minion.glb {{assets}}/quaternius-mech-leela/Leela.glb {{assets}}/quaternius-modular-witch/Witch.gltf {{assets}}/quaternius-robot/robot.glb {{assets}}/quaternius-ultimate-characters/Knight_Male.gltf {{assets}}/quaternius-ultimate-characters/Wizard.gltf {{assets}}/quaternius-animals/Horse.glb {{assets}}/quaternius-animals/Wolf.glb --ours wedge,refit -o docs/benchmarks/levels-more.md
 
-# Write docs/benchmarks/levels-rest.md again: the same for the other fixtures and all that is left of the assets, which no decision looked at (a quarter of an hour)
+# Write docs/benchmarks/levels-rest.md again: the same for the other fixtures and all that is left of the assets (a quarter of an hour)
 compare-rest assets="../shared/assets":
     cargo run --release -p crowdbake -- compare fixtures/good/anselm.glb fixtures/good/noor.glb fixtures/good/oskar.glb fixtures/good/pip.glb fixtures/good/gnu.glb {{assets}}/quaternius-modular-men/Farmer.glb {{assets}}/quaternius-modular-men/Suit.glb {{assets}}/quaternius-modular-men/Swat.glb {{assets}}/valid-avatars/Black_M_1_Casual.glb {{assets}}/makehuman-man/man_casual_12influences.gltf {{assets}}/khronos-rigged/RiggedFigure.glb {{assets}}/nasty/valid/kenney_platformer/character.glb {{assets}}/nasty/valid/InfiniteSkinnedTentacle.glb {{assets}}/obj-spot/cow.obj --ours wedge,refit -o docs/benchmarks/levels-rest.md
 

@@ -32,6 +32,13 @@ pub fn srgb_from_linear_rgb(linear: [f32; 3]) -> [f32; 3] {
     [r, g, b]
 }
 
+// What follows comes from FreeBSD's /usr/src/lib/msun/src/e_powf.c, by way of `libm`. Conversion to float by Ian Lance Taylor, Cygnus Support.
+//
+// Copyright (C) 1993 by Sun Microsystems, Inc. All rights reserved.
+//
+// Developed at SunPro, a Sun Microsystems, Inc. business. Permission to use, copy, modify, and distribute this software is freely granted, provided
+// that this notice is preserved.
+
 /// `libm::powf(x, 1.0 / 2.4)` for x from 0.0031308 to 1.
 #[inline(always)]
 #[expect(clippy::excessive_precision, reason = "as the source has them")]
