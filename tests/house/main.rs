@@ -1,3 +1,4 @@
-//! The house: who may depend on whom, and that no shader stage is an orphan of its name.
+//! The house: who may depend on whom, and that the page of bars says what the pages say.
 
+mod bars;
 mod dependencies;
