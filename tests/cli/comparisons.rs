@@ -3,7 +3,7 @@
 use crate::bench::{Bench, TUBE};
 use serde_json::Value;
 
-const PAIR: [&str; 6] = ["--quick", "--ratios", "25", "--ours", "wedge", "--peers"];
+const PAIR: [&str; 6] = ["--quick", "--ratios", "25%", "--ours", "wedge", "--peers"];
 
 fn compare<'a>(extra: &[&'a str]) -> Vec<&'a str> {
     let mut words = vec!["compare", "@tube.glb"];
@@ -66,10 +66,13 @@ fn what_cannot_be_compared_is_said() {
     bench.write("bad.glb", b"no");
     bench.run(&compare(&["@bad.glb"])).expect(1).says(&["bad.glb"]);
     bench.run(&compare(&["--ours", "simplygon"])).expect(2).says(&["wedge"]);
-    bench.run(&["compare", "@tube.glb", "--ratios", "0"]).expect(2).says(&["above 0 and up to 100"]);
+    bench
+        .run(&["compare", "@tube.glb", "--ratios", "25"])
+        .expect(2)
+        .says(&["found 25, allowed above 0 and up to 1, or up to 100%"]);
     bench.run(&compare(&["-o", "@tube.glb"])).expect(2).says(&["inputs are never overwritten"]);
     // Without PATH there is no gltfpack: it is left out aloud, the others are compared.
-    let words = ["compare", "@tube.glb", "--quick", "--ratios", "50", "--ours", "wedge", "--peers", "gltfpack-se1"];
+    let words = ["compare", "@tube.glb", "--quick", "--ratios", "50%", "--ours", "wedge", "--peers", "gltfpack-se1"];
     let output = bench.program(&words).env("PATH", "").output().unwrap();
     let talk = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success() && talk.contains("gltfpack is left out"), "{talk}");
@@ -112,7 +115,7 @@ fn levels_of_another_program_take_on_the_size_too() {
     bench.write("bin/gltfpack", b"#!/bin/sh\n[ \"$1\" = -v ] || exec /bin/cp \"$2\" \"$4\"\n");
     let program = bench.path("bin/gltfpack");
     std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
-    let words = ["compare", "@crowd.toml", "--json", "--quick", "--ratios", "50", "--ours", "wedge", "--peers"];
+    let words = ["compare", "@crowd.toml", "--json", "--quick", "--ratios", "50%", "--ours", "wedge", "--peers"];
     let words = [&words[..], &["gltfpack-se1"]].concat();
     let output = bench.program(&words).env("PATH", bench.path("bin")).output().unwrap();
     let json: Value = serde_json::from_slice(&output.stdout).expect("standard output is JSON and nothing else");

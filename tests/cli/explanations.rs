@@ -106,6 +106,6 @@ fn one_character_of_many_can_be_asked_for_and_an_unknown_one_is_refused() {
     let one = bench.run(&["explain", "@two.crowdpack", "--character", name]).expect(0).out;
     assert!(both.contains(CUBE) && both.ends_with(&one) && !one.contains(CUBE), "{both}");
     bench.run(&["explain", "@two.crowdpack", "--character", "nobody"]).expect(1).says(&["character `nobody`"]);
-    bench.run(&["explain", "@two.crowdpack", "--ratio", "300%"]).expect(2).says(&["found 300 %"]);
+    bench.run(&["explain", "@two.crowdpack", "--ratio", "300%"]).expect(2).says(&["found 300%"]);
     bench.run(&["explain", "@gone.crowdpack"]).expect(1);
 }

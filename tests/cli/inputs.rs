@@ -103,6 +103,16 @@ fn print_config_gives_a_manifest_that_bakes_the_same_bytes() {
 }
 
 #[test]
+fn print_config_names_sources_from_the_folder_of_its_file() {
+    let bench = Bench::with(&[TUBE]);
+    bench.run(&["print-config", &format!("@{TUBE}"), "-o", "@plans/deep/crowd.toml"]).expect(0);
+    let text = String::from_utf8(bench.read("plans/deep/crowd.toml")).unwrap();
+    assert!(text.contains(&format!("source = \"../../{TUBE}\"")), "{text}");
+    bench.run(&["bake", "@plans/deep/crowd.toml", "-o", "@a.crowdpack"]).expect(0);
+    bench.run(&["print-config", &format!("@{TUBE}"), "-o", &format!("@{TUBE}")]).expect(2);
+}
+
+#[test]
 fn strict_refuses_what_the_import_warns_about() {
     let bench = Bench::new();
     // The crate's material file stays behind: a warning.

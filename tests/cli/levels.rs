@@ -122,6 +122,11 @@ fn a_level_has_one_record_everywhere() {
     for (key, value) in targets[0]["measured"].as_object().unwrap() {
         assert_eq!(*value, inspected["discrete"][0][key], "{key}");
     }
+    assert_eq!(explained["characters"][0]["stored"], inspected["discrete"]);
+    let text = bench.run(&["explain", "@out.crowdpack", "--ratio", "5%"]).expect(0).out;
+    assert!(text.contains("stored        lod1 (30% of the triangles)"), "{text}");
+    // Fingers of mara lie further off at rest than in any frame.
+    assert!(text.contains("mm (at rest)"), "{text}");
     // One that the pack does not store is measured: as a bake that stores it does.
     let again = ["bake", "@mara.glb", "-o", "@again.crowdpack", "--lod-ratio", "17%"];
     bench.run(&again).expect(0);

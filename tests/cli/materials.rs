@@ -56,7 +56,10 @@ fn finished(change: impl Fn(&mut Value)) -> Vec<u8> {
         list.push(item);
         list.len() - 1
     };
-    let sampler = push(&mut document["samplers"], json!({ "wrapS": 33071, "wrapT": 33648 }));
+    let sampler = push(
+        &mut document["samplers"],
+        json!({ "wrapS": 33071, "wrapT": 33648, "magFilter": 9728, "minFilter": 9986 }),
+    );
     let mut textures = Vec::new();
     for image in images {
         let image = push(&mut document["images"], image);
@@ -86,7 +89,7 @@ fn finished(change: impl Fn(&mut Value)) -> Vec<u8> {
     join(&document, bin)
 }
 
-/// A material of a file with its textures written out: name of the image, how it wraps.
+/// A material of a file with its textures written out: name of the image, how it wraps, its filters (linear where it says none).
 fn resolved(document: &Value, material: &Value) -> Value {
     let mut material = material.clone();
     resolve(document, &mut material);
@@ -100,7 +103,16 @@ fn resolve(document: &Value, value: &mut Value) {
                 let texture = &document["textures"][index as usize];
                 let sampler = &document["samplers"][texture["sampler"].as_u64().unwrap() as usize];
                 let image = &document["images"][texture["source"].as_u64().unwrap() as usize];
-                fields.insert("index".into(), json!([image["name"], sampler["wrapS"], sampler["wrapT"]]));
+                fields.insert(
+                    "index".into(),
+                    json!([
+                        image["name"],
+                        sampler["wrapS"],
+                        sampler["wrapT"],
+                        sampler.get("magFilter").unwrap_or(&json!(9729)),
+                        sampler.get("minFilter").unwrap_or(&json!(9987)),
+                    ]),
+                );
             }
             fields.values_mut().for_each(|field| resolve(document, field));
         }

@@ -73,7 +73,7 @@ fn a_pack_with_finishes_has_the_committed_bytes_of_version_5() {
     let full = &finishes.materials[0];
     assert_eq!(full.numbers, [0.75, 0.5, 1.0, 0.5, 0.0, 10.0]);
     assert_eq!(full.optional_numbers, [vec![1.5], vec![0.5, 1.0, 2.0, 3.0], vec![0.5, 0.25, 1.0, 0.75]]);
-    let texture = |image, wraps, weight| Some((image, wraps, weight));
+    let texture = |image, sampler, weight| Some((image, sampler, weight));
     let wanted = [
         texture(0, 0, 1.0),
         texture(1, 0b0110, -2.0),

@@ -76,7 +76,7 @@ pub struct Finish {
     pub numbers: [f32; 6],
     /// Index of refraction, specular, base colour; empty where there is none.
     pub optional_numbers: [Vec<f32>; 3],
-    /// Metal and roughness, normal, occlusion, emission, specular, specular colour, base colour: image, wraps, weight.
+    /// Metal and roughness, normal, occlusion, emission, specular, specular colour, base colour: image, sampler, weight.
     pub textures: [Option<(u32, u8, f32)>; 7],
     /// BLEND.
     pub blend: bool,

@@ -56,7 +56,7 @@ pub fn with_finishes() -> PackContents {
     let mut pack = contents(AnimationLayout::Premultiplied3x4);
     let image = pack.add_finish_image(&PNG, 2, 2, 0);
     let other = pack.add_finish_image(&PNG[..70], 2, 1, 0);
-    let texture = |image, wraps, weight| Some(FinishTexture { image, wraps, weight });
+    let texture = |image, sampler, weight| Some(FinishTexture { image, sampler, weight });
     let full = Finish {
         metallic: 0.75,
         roughness: 0.5,

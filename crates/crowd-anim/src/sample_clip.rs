@@ -94,7 +94,7 @@ fn count_frames(clip: &ClipView<'_>, duration_s: f32, fps: f32, joint_count: usi
     let steps = (f64::from(duration_s) * f64::from(fps) - FRAME_TOLERANCE).ceil().max(1.0);
     let frames = if duration_s > 0.0 { steps + 1.0 } else { 1.0 };
     let what = |field: &str| format!("clip `{}`: {field}", clip.name.escape_debug());
-    let allowed = || format!("at most {MAX_FRAMES}");
+    let allowed = || format!("at most {MAX_FRAMES}: leave the clip out, or sample fewer frames a second");
     expect(frames <= f64::from(MAX_FRAMES), || what("frames"), || frames.to_string(), allowed)?;
     check_matrices(clip, frames as u32, joint_count)?;
     Ok(frames as u32)

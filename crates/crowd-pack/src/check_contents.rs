@@ -323,8 +323,9 @@ fn check_inverse_binds(
 }
 
 fn check_materials(contents: &PackContents, materials: Range<usize>, place: &dyn Fn(&str) -> String) -> Result<()> {
-    use material_flags::{DOUBLE_SIDED, FLAT, UNLIT, WRAP_MASK, WRAP_U_SHIFT, WRAP_V_SHIFT};
-    let known = DOUBLE_SIDED | UNLIT | FLAT | (WRAP_MASK << WRAP_U_SHIFT) | (WRAP_MASK << WRAP_V_SHIFT);
+    use material_flags::{DOUBLE_SIDED, FILTER_MASK, FILTER_SHIFT, FLAT, UNLIT, WRAP_U_SHIFT, is_sampler};
+    let known = DOUBLE_SIDED | UNLIT | FLAT | (0xff << WRAP_U_SHIFT);
+    const { assert!(0xff << WRAP_U_SHIFT == 0xf << WRAP_U_SHIFT | FILTER_MASK << FILTER_SHIFT) };
     for (number, material) in contents.materials[materials].iter().enumerate() {
         let here = |field: &str| place(&format!("material {number}: {field}"));
         expect_finite(&material.base_color, || here("base colour"))?;
@@ -332,9 +333,9 @@ fn check_materials(contents: &PackContents, materials: Range<usize>, place: &dyn
         let fits = image == NONE || (image as usize) < images;
         expect(fits, || here("image"), image, || format!("below {images}, or {NONE} for none"))?;
         let flags = material.flags;
-        let wraps = [(flags >> WRAP_U_SHIFT) & WRAP_MASK, (flags >> WRAP_V_SHIFT) & WRAP_MASK];
-        let fits = flags & !known == 0 && wraps.iter().all(|&wrap| wrap <= 2);
-        expect(fits, || here("flags"), format_args!("{flags:#x}"), || format!("bits of {known:#x}, wraps at most 2"))?;
+        let fits = flags & !known == 0 && is_sampler((flags >> WRAP_U_SHIFT) & 0xff);
+        let allowed = || format!("bits of {known:#x}, wraps at most 2, filters at most 11");
+        expect(fits, || here("flags"), format_args!("{flags:#x}"), allowed)?;
         let cutoff = material.alpha_cutoff;
         expect(
             cutoff.is_finite() && cutoff >= 0.0,

@@ -70,8 +70,8 @@ pub struct Finish {
 pub struct FinishTexture {
     /// The image.
     pub image: u32,
-    /// Wrapping, as bits 4 to 7 of a material's flags: along u, then along v times 4.
-    pub wraps: u8,
+    /// Wrapping and filters, as bits 4 to 11 of a material's flags: along u, along v times 4, filters times 16.
+    pub sampler: u8,
     /// What weighs it: a factor or strength; 1 where there is no such thing.
     pub weight: f32,
 }
@@ -224,9 +224,9 @@ fn check_finish(contents: &PackContents, finish: &Finish, here: &dyn Fn(&str) ->
         let image = texture.image;
         let fits = (image as usize) < images && image != NONE;
         expect(fits, || here("texture: image"), image, || format!("below {images}"))?;
-        let wraps = texture.wraps;
-        let fits = wraps < 16 && wraps & 3 < 3 && wraps >> 2 < 3;
-        expect(fits, || here("texture: wraps"), wraps, || "two numbers of two bits, at most 2".to_owned())?;
+        let sampler = texture.sampler;
+        let allowed = || "two wraps of two bits, at most 2, and filters times 16, at most 11".to_owned();
+        expect(crate::material_flags::is_sampler(sampler.into()), || here("texture: sampler"), sampler, allowed)?;
         expect_finite(&[texture.weight], || here("texture: weight"))?;
     }
     Ok(())

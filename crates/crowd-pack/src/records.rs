@@ -194,6 +194,18 @@ pub mod material_flags {
     pub const WRAP_V_SHIFT: u32 = 6;
     /// Mask after shifting.
     pub const WRAP_MASK: u32 = 3;
+    /// glTF's filters, shifted by this: bit 0 enlarged texels are squares (NEAREST); times 2 for those smaller than pixels: 0
+    /// `LINEAR_MIPMAP_LINEAR`, 1 `NEAREST_MIPMAP_NEAREST`, 2 `LINEAR_MIPMAP_NEAREST`, 3 `NEAREST_MIPMAP_LINEAR`, 4 `NEAREST`, 5 `LINEAR`.
+    pub const FILTER_SHIFT: u32 = 8;
+    /// Mask after shifting.
+    pub const FILTER_MASK: u32 = 15;
+    /// The largest number of filters.
+    pub const MOST_FILTERS: u32 = 11;
+
+    /// Whether bits 4 to 11 of flags, shifted down, are wraps and filters that exist.
+    pub const fn is_sampler(bits: u32) -> bool {
+        bits & WRAP_MASK <= 2 && (bits >> 2) & WRAP_MASK <= 2 && (bits >> 4) <= MOST_FILTERS
+    }
 }
 
 /// An encoded image inside the image bytes, 32 bytes.

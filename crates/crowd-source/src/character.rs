@@ -181,7 +181,7 @@ pub(crate) fn blend_cutoff(alpha: f32) -> f32 {
     if alpha > 0.0 { 0.5 * alpha.min(1.0) } else { 0.5 }
 }
 
-/// A material's texture: image and wrapping.
+/// A material's texture: image, wrapping and filters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RawTexture {
     /// Index into [`RawCharacter::images`].
@@ -190,6 +190,35 @@ pub struct RawTexture {
     pub wrap_u: RawWrap,
     /// Along v.
     pub wrap_v: RawWrap,
+    /// How texels are blended.
+    pub filters: RawFilters,
+}
+
+/// How texels are blended; what a file leaves open is linear. Exports hand it on; our own pictures blend linearly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct RawFilters {
+    /// Enlarged texels are squares.
+    pub mag_nearest: bool,
+    /// Where texels are smaller than pixels.
+    pub min: RawMinFilter,
+}
+
+/// glTF's filters for texels smaller than pixels: within a size of the image, then between two sizes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RawMinFilter {
+    /// Blended within and between sizes.
+    #[default]
+    LinearMipmapLinear,
+    /// Neither.
+    NearestMipmapNearest,
+    /// Within one size.
+    LinearMipmapNearest,
+    /// Between two sizes.
+    NearestMipmapLinear,
+    /// Not blended, of the full size alone.
+    Nearest,
+    /// Blended, of the full size alone.
+    Linear,
 }
 
 /// Texture wrapping.
@@ -236,13 +265,17 @@ pub enum ImageEncoding {
 /// | code | what it means |
 /// |---|---|
 /// | `alpha-blend-as-mask` | transparency is drawn as a mask, cut where the texture's alpha is below a half |
+/// | `attributes-ignored` | vertex attributes that nothing here reads: exports will not have them |
 /// | `bind-space-kept` | a skin's heaviest joint has no size at rest; its bind space was not moved |
 /// | `black-factor-ignored` | MTL: a black `Kd` over a texture became white |
+/// | `clip-renamed` | a clip had the name of another, none, or one that would steer a terminal |
 /// | `clip-without-tracks` | an animation moves no joint and was left out |
+/// | `copyright-not-kept` | the file names who made it; packs and exports do not |
 /// | `degenerate-triangles-dropped` | triangles that use one vertex twice |
 /// | `double-curves-ignored` | a second curve for one node and property |
 /// | `empty-primitive` | a primitive without triangles |
 /// | `extension-ignored` | an optional extension that would change the picture |
+/// | `filter-unknown` | taken as LINEAR, or LINEAR_MIPMAP_LINEAR |
 /// | `incomplete-triangles` | indices left over after the last whole triangle |
 /// | `material-reduced` | a texture or an extension of a material that exports will not have |
 /// | `material-library-missing`, `material-lines-ignored` | MTL: not there, or in part not whole |

@@ -16,7 +16,8 @@ use crowd_pack::{
     NONE, PackContents, REFERENCE_HEIGHT_PX, Rig, Texel, VertexRecord, material_flags, obstacle, vertex_class,
 };
 use crowd_source::{
-    ImageEncoding, RawCharacter, RawClip, RawImage, RawInterpolation, RawMaterial, RawProperty, RawTrack, RawWrap,
+    ImageEncoding, RawCharacter, RawClip, RawImage, RawInterpolation, RawMaterial, RawMinFilter, RawProperty,
+    RawTexture, RawTrack, RawWrap,
 };
 use std::collections::HashMap;
 
@@ -192,13 +193,13 @@ impl Assembly {
     }
 
     fn material_record(&mut self, material: &RawMaterial, images: &[RawImage]) -> MaterialRecord {
-        use material_flags::{DOUBLE_SIDED, FLAT, UNLIT, WRAP_U_SHIFT, WRAP_V_SHIFT};
+        use material_flags::{DOUBLE_SIDED, FLAT, UNLIT, WRAP_U_SHIFT};
         let bit = |set: bool, bit: u32| if set { bit } else { 0 };
         let mut flags =
             bit(material.double_sided, DOUBLE_SIDED) | bit(material.unlit, UNLIT) | bit(material.flat_normals, FLAT);
         let mut image = NONE;
         if let Some(texture) = material.texture {
-            flags |= (wrap_code(texture.wrap_u) << WRAP_U_SHIFT) | (wrap_code(texture.wrap_v) << WRAP_V_SHIFT);
+            flags |= u32::from(sampler_code(texture)) << WRAP_U_SHIFT;
             image = self.image(&images[texture.image as usize]);
         }
         let alpha_cutoff = material.alpha_cutoff.unwrap_or(0.0);
@@ -452,12 +453,22 @@ fn sphere(bounds: crowd_anim::Bounds) -> [f32; 4] {
     [x, y, z, bounds.radius]
 }
 
-pub(crate) fn wrap_code(wrap: RawWrap) -> u32 {
-    match wrap {
+/// Wrapping and filters as bits 4 to 11 of a material's flags, shifted down.
+pub(crate) fn sampler_code(texture: RawTexture) -> u8 {
+    let wrap = |wrap: RawWrap| match wrap {
         RawWrap::Repeat => 0,
         RawWrap::Clamp => 1,
         RawWrap::Mirror => 2,
-    }
+    };
+    let min = match texture.filters.min {
+        RawMinFilter::LinearMipmapLinear => 0,
+        RawMinFilter::NearestMipmapNearest => 1,
+        RawMinFilter::LinearMipmapNearest => 2,
+        RawMinFilter::NearestMipmapLinear => 3,
+        RawMinFilter::Nearest => 4,
+        RawMinFilter::Linear => 5,
+    };
+    wrap(texture.wrap_u) | (wrap(texture.wrap_v) << 2) | (u8::from(texture.filters.mag_nearest) << 4) | (min << 5)
 }
 
 /// As image records have it.

@@ -3,8 +3,8 @@
 mod values;
 
 use values::{
-    glb_parser, output_parser, parse_attribute_weight, parse_clip_weight, parse_fps, parse_jobs, parse_percent,
-    parse_ratio, parse_share, parse_size, parse_time, parse_turn, png_parser,
+    glb_parser, output_parser, parse_attribute_weight, parse_clip_weight, parse_fps, parse_jobs, parse_share,
+    parse_size, parse_time, parse_turn, png_parser,
 };
 pub(crate) use values::{parse_size_number, weigh_attribute};
 
@@ -85,7 +85,7 @@ pub enum Command {
     #[command(after_help = COMPARE_EXAMPLES)]
     Compare(CompareArgs),
     /// Show what a bake would do, as a crowd.toml.
-    #[command(after_help = "Example:\n  crowdbake print-config characters/ --fps 24 > crowd.toml")]
+    #[command(after_help = "Example:\n  crowdbake print-config characters/ --fps 24 -o crowd.toml")]
     PrintConfig(PrintConfigArgs),
     /// Write completions for a shell to standard output.
     #[command(after_help = "Example:\n  crowdbake completions bash > /etc/bash_completion.d/crowdbake")]
@@ -152,7 +152,7 @@ Examples:
 const COMPARE_EXAMPLES: &str = "\
 Examples:
   crowdbake compare knight.glb fox.glb
-  crowdbake compare knight.glb --quick --ours wedge --peers meshopt-global --ratios 25,5
+  crowdbake compare knight.glb --quick --ours wedge --peers meshopt-global --ratios 25%,5%
   crowdbake compare characters/ --json > compared.json
   crowdbake compare characters/ -o docs/benchmarks/levels.md
 Levels are judged in poses that no bake has seen: 24 moments half way between sampled frames, spread over all clips, and the pose at rest. Distances are in percent of the diagonal of the character's box.";
@@ -393,14 +393,14 @@ pub struct ExportArgs {
     /// At most so many triangles.
     #[arg(long, value_name = "N", help_heading = "Which level")]
     pub triangles: Option<u32>,
-    /// At most this share of the triangles, above 0 and up to 1.
-    #[arg(long, value_name = "R", value_parser = parse_ratio, help_heading = "Which level")]
+    /// At most this share of the triangles, as in 0.25 or 25%.
+    #[arg(long, value_name = "R", value_parser = parse_share, help_heading = "Which level")]
     pub ratio: Option<f64>,
     /// At most so many vertices.
     #[arg(long, value_name = "K", help_heading = "Which level")]
     pub vertices: Option<u32>,
     /// Several shares; one file each.
-    #[arg(long, value_name = "R,...", value_delimiter = ',', value_parser = parse_ratio, help_heading = "Which level")]
+    #[arg(long, value_name = "R,...", value_delimiter = ',', value_parser = parse_share, help_heading = "Which level")]
     pub lods: Option<Vec<f64>>,
     /// A discrete level that bake stored, by its name (see inspect), or `all`: one file each.
     #[arg(long, value_name = "NAME", help_heading = "Which level")]
@@ -429,7 +429,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "NAME")]
     pub character: Option<String>,
     /// Shares of the triangles, one column each.
-    #[arg(long, value_delimiter = ',', value_parser = parse_ratio, default_value = "1,0.25,0.1,0.05", value_name = "R,...")]
+    #[arg(long, value_delimiter = ',', value_parser = parse_share, default_value = "1,0.25,0.1,0.05", value_name = "R,...")]
     pub ratios: Vec<f64>,
     /// Clip, or `bind` for the pose at rest; give it several times for several rows [default: bind].
     #[arg(long, value_name = "NAME")]
@@ -524,8 +524,8 @@ pub struct CompareArgs {
     /// Assets, folders, patterns or manifests; of what these say, names, sizes and frames a second count: all are to simplify alike.
     #[arg(required = true, value_name = "ASSET")]
     pub inputs: Vec<PathBuf>,
-    /// Percents of the triangles.
-    #[arg(long, value_delimiter = ',', value_parser = parse_percent, default_value = "50,25,10,5,2", value_name = "P,...")]
+    /// Shares of the triangles, as in 0.5,0.25 or 50%,25%.
+    #[arg(long, value_delimiter = ',', value_parser = parse_share, default_value = "50%,25%,10%,5%,2%", value_name = "R,...")]
     pub ratios: Vec<f64>,
     /// Fewer points and no pictures: for tuning. Single cells are then shown but not held against a bar.
     #[arg(long)]
@@ -553,6 +553,9 @@ pub struct PrintConfigArgs {
     /// Inputs, as for `bake`; none shows the defaults alone.
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
+    /// The manifest to write, its paths relative to its folder [default: standard output, paths as from the current folder].
+    #[arg(short, long, value_parser = output_parser(), value_name = "FILE.toml")]
+    pub output: Option<PathBuf>,
     /// How to bake.
     #[command(flatten)]
     pub options: BakeOptions,

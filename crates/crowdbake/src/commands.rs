@@ -13,7 +13,7 @@ use crate::compare::{self, CompareRequest, Contender};
 use crate::error::{BakeError, Cause, DONE, INPUT_REFUSED, Step, USAGE};
 use crate::explain::Explanation;
 use crate::inspect::{inspect_asset, inspect_pack};
-use crate::output::{expect_writable, print, refuse_inputs, refuse_twins, write_whole};
+use crate::output::{expect_writable, print, refuse_inputs, refuse_twins, seen_from, write_whole};
 use crate::picture::{PictureRequest, Pose, draw_picture, refuse_large_picture};
 use crate::plan::{Plan, make_plan};
 use crate::report::{CharacterReport, PackReport, Report, SCHEMA_VERSION, SectionReport, refused_inputs, to_json};
@@ -464,7 +464,19 @@ fn print_config(args: &PrintConfigArgs, out: &mut dyn Write, talk: &Talk<'_>) ->
     if let Some(entry) = plan.entries.iter().find(|entry| entry.path.to_str().is_none()) {
         return Err(BakeError::whole(Step::Plan, Cause::NameNotText { path: entry.path.clone() }));
     }
-    print(out, &crate::crowd_toml::write(&plan))?;
+    match &args.output {
+        Some(file) => {
+            let sources: Vec<PathBuf> = plan.entries.iter().map(|entry| entry.path.clone()).collect();
+            refuse_inputs(file, &[&args.inputs[..], &sources].concat())?;
+            plan.entries.iter_mut().for_each(|entry| entry.path = seen_from(&entry.path, file));
+            write_whole(file, crate::crowd_toml::write(&plan, "Paths are relative to this file.").as_bytes())?;
+        }
+        None => {
+            let paths =
+                "Paths are relative to this file: leave it in the folder where it was printed, or write it with -o.";
+            print(out, &crate::crowd_toml::write(&plan, paths))?;
+        }
+    }
     Ok(code)
 }
 

@@ -360,15 +360,16 @@ fn kind(value: &Value) -> &'static str {
     value.type_str()
 }
 
-/// The plan as a manifest that gives the same plan again, with sources relative to the current folder.
-pub fn write(plan: &Plan) -> String {
+/// The plan as a manifest that gives the same plan again, with sources as the plan has them.
+/// `paths`: a line about them.
+pub fn write(plan: &Plan, paths: &str) -> String {
     let text = |text: &str| Value::String(text.to_owned()).to_string();
     let layout = match plan.animation_layout {
         AnimationLayout::Premultiplied3x4 => "3x4",
         AnimationLayout::Split4x4 => "4x4",
     };
     let mut out = format!(
-        "# Paths are relative to this file.\n\n[pack]\nanimation_layout = {}  # 3x4 or 4x4\n\
+        "# {paths}\n\n[pack]\nanimation_layout = {}  # 3x4 or 4x4\n\
          impostors = {}  # texels of small pictures for far characters: 8 to 128, 0 for none\n\n[defaults]\nfps = {:?}\n\
          criteria = {}  # wedge or peng2011\n# clips = [\"Idle\", \"Walk*\"]  # default: all\n\
          frames = {}  # auto, all or bind\n# clip_weights = {{ Walk = 2.0 }}  # default: all count alike\n\
@@ -522,7 +523,7 @@ mod tests {
             },
             ..PlanEntry::of_file(std::path::Path::new("b.obj"))
         });
-        let back = read(&write(&plan)).unwrap();
+        let back = read(&write(&plan, "Paths are relative to this file.")).unwrap();
         assert_eq!(back.animation_layout, Some(AnimationLayout::Split4x4));
         assert_eq!(back.characters[0].0, plan.entries[0].path);
         assert_eq!(back.characters[0].1.name.as_deref(), Some(plan.entries[0].name.as_str()));

@@ -174,7 +174,7 @@ fn keep_base(raw: &mut RawCharacter, index: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crowd_source::{Limits, RawFinish, RawWrap};
+    use crowd_source::{Limits, RawFilters, RawFinish, RawWrap};
 
     fn image(texels: &[[u8; 4]]) -> RawImage {
         let bytes = crowd_raster::encode_texels(texels.len() as u32, 1, texels);
@@ -194,7 +194,12 @@ mod tests {
         raw.materials.truncate(1);
         raw.images = vec![image(&[[0, 0, 0, 255], [255, 0, 0, 128]])];
         raw.materials[0].base_color = [1.0, 1.0, 1.0, 0.5];
-        raw.materials[0].texture = Some(RawTexture { image: 0, wrap_u: RawWrap::Clamp, wrap_v: RawWrap::Repeat });
+        raw.materials[0].texture = Some(RawTexture {
+            image: 0,
+            wrap_u: RawWrap::Clamp,
+            wrap_v: RawWrap::Repeat,
+            filters: RawFilters::default(),
+        });
         raw.materials[0].finish = finish;
         raw
     }
@@ -226,7 +231,8 @@ mod tests {
 
     #[test]
     fn light_is_added_texel_by_texel_and_the_base_colour_kept() {
-        let texture = RawTexture { image: 0, wrap_u: RawWrap::Repeat, wrap_v: RawWrap::Repeat };
+        let texture =
+            RawTexture { image: 0, wrap_u: RawWrap::Repeat, wrap_v: RawWrap::Repeat, filters: RawFilters::default() };
         let finish = RawFinish { emissive: [0.0, 1.0, 1.0], emissive_texture: Some(texture), ..RawFinish::default() };
         let mut raw = character(finish);
         raw.finish_images = vec![image(&[[255, 255, 0, 255], [0, 0, 255, 0]])];

@@ -9,15 +9,15 @@ use std::collections::BTreeSet;
 /// An image of the pack: whether it is one of the finishes' images, and its index.
 type ImageKey = (bool, u32);
 
-/// Textures of the document: one per image and wrapping.
+/// Textures of the document: one per image and sampler.
 #[derive(Default)]
 pub(crate) struct Textures {
     keys: Vec<(ImageKey, u32)>,
 }
 
 impl Textures {
-    fn of(&mut self, image: ImageKey, wraps: u32) -> usize {
-        let key = (image, wraps);
+    fn of(&mut self, image: ImageKey, sampler: u32) -> usize {
+        let key = (image, sampler);
         self.keys.iter().position(|known| *known == key).unwrap_or_else(|| {
             self.keys.push(key);
             self.keys.len() - 1
@@ -25,12 +25,11 @@ impl Textures {
     }
 
     fn of_record(&mut self, material: &MaterialRecord) -> usize {
-        let mask = material_flags::WRAP_MASK | (material_flags::WRAP_MASK << 2);
-        self.of((false, material.image), (material.flags >> material_flags::WRAP_U_SHIFT) & mask)
+        self.of((false, material.image), (material.flags >> material_flags::WRAP_U_SHIFT) & 0xff)
     }
 
     fn of_finish(&mut self, texture: &FinishTexture) -> usize {
-        self.of((true, texture.image), texture.wraps.into())
+        self.of((true, texture.image), texture.sampler.into())
     }
 
     fn images(&self) -> Vec<ImageKey> {
@@ -44,12 +43,11 @@ impl Textures {
             return;
         }
         let images = self.images();
-        let mut wraps: Vec<u32> = self.keys.iter().map(|key| key.1).collect();
-        wraps.sort_unstable();
-        wraps.dedup();
-        let textures = self.keys.iter().map(|(image, wrap)| {
+        let samplers: BTreeSet<u32> = self.keys.iter().map(|key| key.1).collect();
+        let samplers: Vec<u32> = samplers.into_iter().collect();
+        let textures = self.keys.iter().map(|(image, sampler)| {
             let source = images.binary_search(image).expect("listed above");
-            let sampler = wraps.binary_search(wrap).expect("listed above");
+            let sampler = samplers.binary_search(sampler).expect("listed above");
             if encoding(character, *image) == WEBP {
                 json!({ "sampler": sampler, "extensions": { "EXT_texture_webp": { "source": source } } })
             } else {
@@ -57,14 +55,19 @@ impl Textures {
             }
         });
         document.insert("textures".into(), textures.collect());
-        let samplers = wraps.iter().map(|wrap| {
-            let code = |bits: u32| [10497, 33071, 33648][(bits & material_flags::WRAP_MASK).min(2) as usize];
-            json!({ "magFilter": 9729, "minFilter": 9987, "wrapS": code(*wrap), "wrapT": code(*wrap >> 2) })
-        });
-        document.insert("samplers".into(), samplers.collect());
+        document.insert("samplers".into(), samplers.iter().map(|&sampler| sampler_json(sampler)).collect());
         let images: Vec<Value> = images.iter().map(|&image| image_json(character, image, buffer)).collect();
         document.insert("images".into(), Value::Array(images));
     }
+}
+
+/// Bits 4 to 11 of a material's flags in glTF's numbers.
+fn sampler_json(sampler: u32) -> Value {
+    let wrap = |bits: u32| [10497, 33071, 33648][(bits & material_flags::WRAP_MASK).min(2) as usize];
+    let filters = sampler >> (material_flags::FILTER_SHIFT - material_flags::WRAP_U_SHIFT);
+    let mag = [9729, 9728][(filters & 1) as usize];
+    let min = [9987, 9984, 9985, 9986, 9728, 9729][(filters >> 1).min(5) as usize];
+    json!({ "magFilter": mag, "minFilter": min, "wrapS": wrap(sampler), "wrapT": wrap(sampler >> 2) })
 }
 
 const WEBP: u32 = 2;

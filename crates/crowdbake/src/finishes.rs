@@ -1,6 +1,6 @@
 //! What materials have beside their base colour, from the source into the pack.
 
-use crate::assemble::{encoding_code, name_image, wrap_code};
+use crate::assemble::{encoding_code, name_image, sampler_code};
 use crowd_pack::{Finish, FinishBase, FinishTexture, PackContents};
 use crowd_source::{RawFinish, RawImage, RawTexture};
 
@@ -11,8 +11,7 @@ pub(crate) fn finish_of(contents: &mut PackContents, raw: &RawFinish, images: &[
         let encoding = encoding_code(image.encoding);
         let index = contents.add_finish_image(&image.bytes, image.width, image.height, encoding);
         name_image(&mut contents.finishes.finish_image_names, index, image);
-        let wraps = (wrap_code(texture.wrap_u) | (wrap_code(texture.wrap_v) << 2)) as u8;
-        FinishTexture { image: index, wraps, weight }
+        FinishTexture { image: index, sampler: sampler_code(texture), weight }
     };
     Finish {
         metallic: raw.metallic,

@@ -14,7 +14,8 @@ use crate::store_animation::storage_name;
 use crate::unpack::Unpacked;
 use crowd_lod::SeamReport;
 use crowd_pack::{
-    AnimationLayout, LevelRecord, ManifestCharacter, ManifestMeasured, ManifestSeams, PackContents, VertexRecord,
+    AnimationLayout, LevelRecord, ManifestCharacter, ManifestDiscrete, ManifestMeasured, ManifestSeams, PackContents,
+    VertexRecord,
 };
 use serde::Serialize;
 use std::path::Path;
@@ -267,7 +268,7 @@ pub struct MeasuredInspection {
 }
 
 /// A discrete level.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DiscreteInspection {
     /// Its name, as `export --lod` takes it.
     pub name: String,
@@ -343,14 +344,6 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
         rigid: part.rigid,
     });
     let measured = manifest.measured.iter().map(|level| inspect_measured(level, clip_name(manifest, level)));
-    let stored = character.discrete_levels();
-    let discrete = manifest.discrete.iter().zip(stored).map(|(discrete, level)| DiscreteInspection {
-        name: discrete.name.clone(),
-        target: LodTarget(discrete.target).words(),
-        reached: discrete.reached,
-        refitted: level.is_refit(),
-        measured: inspect_measured(&discrete.measured, clip_name(manifest, &discrete.measured)),
-    });
     let b = manifest.blocked;
     CharacterInspection {
         name: manifest.name.clone(),
@@ -369,7 +362,7 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
         materials: materials.collect(),
         parts: parts.collect(),
         measured: measured.collect(),
-        discrete: discrete.collect(),
+        discrete: inspect_discrete(character),
         table_bytes: Some(table_bytes(character)),
         animation: Some(inspect_animation(character)),
         impostors: character.impostors().map(|record| ImpostorInspection {
@@ -382,6 +375,20 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
         blocked: Some(Blocked { fixed: b.fixed, seam: b.seam, topology: b.topology, flip: b.flip, ended: b.ended }),
         warnings: manifest.warnings.clone(),
     }
+}
+
+/// The discrete levels that the bake stored, finest first.
+pub(crate) fn inspect_discrete(character: &Unpacked<'_>) -> Vec<DiscreteInspection> {
+    let manifest = character.manifest;
+    let levels = manifest.discrete.iter().zip(character.discrete_levels());
+    let inspect = |(discrete, level): (&ManifestDiscrete, &LevelRecord)| DiscreteInspection {
+        name: discrete.name.clone(),
+        target: LodTarget(discrete.target).words(),
+        reached: discrete.reached,
+        refitted: level.is_refit(),
+        measured: inspect_measured(&discrete.measured, clip_name(manifest, &discrete.measured)),
+    };
+    levels.map(inspect).collect()
 }
 
 /// How a packed character's animation is stored.

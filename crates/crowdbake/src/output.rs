@@ -3,7 +3,7 @@
 use crate::error::{BakeError, Cause, Step};
 use crowd_pack::whole_file::{self, folder_of, is_device};
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Writes a file as a whole or not at all ([`whole_file::write`]).
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), BakeError> {
@@ -63,6 +63,17 @@ fn place_of(path: &Path) -> PathBuf {
         Some(name) => place_of(folder_of(path)).join(name),
         None => path.to_owned(),
     }
+}
+
+/// A file as named from the folder of another; by its whole path where they share no root (another drive).
+pub(crate) fn seen_from(path: &Path, file: &Path) -> PathBuf {
+    let (path, folder) = (place_of(path), place_of(folder_of(file)));
+    let shared = path.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    if shared == 0 {
+        return path;
+    }
+    let up = folder.components().skip(shared).map(|_| Component::ParentDir);
+    up.chain(path.components().skip(shared)).collect()
 }
 
 /// Prints to stdout; a closed pipe is an error that the caller turns into success.

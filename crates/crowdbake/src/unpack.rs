@@ -297,10 +297,10 @@ impl<'a> Unpacked<'a> {
     }
 }
 
-/// Triangles that a share asks for.
+/// Triangles that a share asks for, at least one.
 pub fn triangle_target(triangle_count: u32, ratio: f64) -> u32 {
     // A tenth of 10 triangles is 1, although 0.1 is a little more than a tenth in binary.
-    (f64::from(triangle_count) * ratio + 1e-6).floor() as u32
+    ((f64::from(triangle_count) * ratio + 1e-6).floor() as u32).max(1)
 }
 
 /// Matrices of a source's pose at rest.
@@ -341,6 +341,7 @@ mod tests {
         assert_eq!(triangle_target(1000, 0.7), 700);
         assert_eq!(triangle_target(999, 0.5), 499);
         assert_eq!(triangle_target(7, 1.0), 7);
+        assert_eq!(triangle_target(128, 0.001), 1);
     }
 
     #[test]

@@ -39,7 +39,18 @@ pub(super) fn read_clips(
         }
         let name = name_or(animation.name.as_deref(), || format!("clip {index}"));
         let spare_tracks = reader.read_spare_tracks(animation, &mut spare_keys_read);
-        clips.push(RawClip { name: unique_name(name, &mut names), tracks, spare_tracks });
+        let name = unique_name(name, &mut names);
+        if animation.name.as_deref() != Some(name.as_str()) {
+            let why = match animation.name.as_deref() {
+                None | Some("") => "it has no name",
+                Some(own) if name.starts_with(own) => "another clip has its name",
+                Some(_) => "its name is too long or would steer a terminal",
+            };
+            let message =
+                format!("the clip is called `{name}` from here on, in exports too: {why}; name it in the file");
+            warnings.add("clip-renamed", &reader.place, 1, &message);
+        }
+        clips.push(RawClip { name, tracks, spare_tracks });
     }
     Ok(clips)
 }

@@ -40,7 +40,8 @@ impl<'a, 'b> ImageTable<'a, 'b> {
         let (bytes, file_name) = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => {
                 let file = uri.rsplit('/').next().filter(|_| !uri.starts_with("data:"));
-                (self.folder.read_uri(&here, uri)?, file.map(shorten))
+                let decoded = file.map(|file| percent_encoding::percent_decode_str(file).decode_utf8_lossy());
+                (self.folder.read_uri(&here, uri)?, decoded.map(|file| shorten(&file)))
             }
             (None, Some(view)) => (self.buffers.view(&here, view.value())?.bytes.to_vec(), None),
             (None, None) => return Err(self.asset.format(here, "neither `uri` nor `bufferView`")),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use gltf::json::extensions::texture::TextureTransform;
 use gltf::json::material::{AlphaMode, Material};
-use gltf::json::texture::{Texture, WrappingMode};
+use gltf::json::texture::{MagFilter, MinFilter, Sampler, Texture, WrappingMode};
 use gltf::json::validation::Checked;
 use gltf::json::{Root, texture};
 
@@ -14,7 +14,7 @@ use super::images::ImageTable;
 use crate::character::blend_cutoff;
 use crate::names::name_or;
 use crate::refusal::{Asset, Warnings};
-use crate::{RawFinish, RawMaterial, RawTexture, RawWrap, Result};
+use crate::{RawFilters, RawFinish, RawMaterial, RawMinFilter, RawTexture, RawWrap, Result};
 
 /// Which texture coordinates a material reads, and the transform to bake into them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -205,7 +205,26 @@ pub(super) fn read_texture(
             RawWrap::Repeat
         }
     };
-    Ok(RawTexture { image, wrap_u: wrap(sampler.map(|s| s.wrap_s)), wrap_v: wrap(sampler.map(|s| s.wrap_t)) })
+    let (wrap_u, wrap_v) = (wrap(sampler.map(|s| s.wrap_s)), wrap(sampler.map(|s| s.wrap_t)));
+    let filters = sampler.map(|sampler| filters_of(sampler, &place, warnings)).unwrap_or_default();
+    Ok(RawTexture { image, wrap_u, wrap_v, filters })
+}
+
+fn filters_of(sampler: &Sampler, place: &str, warnings: &mut Warnings) -> RawFilters {
+    let unknown = u64::from(matches!(sampler.mag_filter, Some(Checked::Invalid)))
+        + u64::from(matches!(sampler.min_filter, Some(Checked::Invalid)));
+    warnings.add("filter-unknown", place, unknown, "an unknown filter was taken as a linear one");
+    let min = match sampler.min_filter {
+        None | Some(Checked::Invalid | Checked::Valid(MinFilter::LinearMipmapLinear)) => {
+            RawMinFilter::LinearMipmapLinear
+        }
+        Some(Checked::Valid(MinFilter::NearestMipmapNearest)) => RawMinFilter::NearestMipmapNearest,
+        Some(Checked::Valid(MinFilter::LinearMipmapNearest)) => RawMinFilter::LinearMipmapNearest,
+        Some(Checked::Valid(MinFilter::NearestMipmapLinear)) => RawMinFilter::NearestMipmapLinear,
+        Some(Checked::Valid(MinFilter::Nearest)) => RawMinFilter::Nearest,
+        Some(Checked::Valid(MinFilter::Linear)) => RawMinFilter::Linear,
+    };
+    RawFilters { mag_nearest: sampler.mag_filter == Some(Checked::Valid(MagFilter::Nearest)), min }
 }
 
 /// The image behind a texture: the WebP one where there is one, else the plain one.

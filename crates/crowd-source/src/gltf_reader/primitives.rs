@@ -11,9 +11,23 @@ use super::document::{DRACO_REMEDY, describe};
 use super::influences::{Influence, keep_four_strongest};
 use super::materials::TextureUse;
 use crate::Result;
-use crate::names::name_or;
+use crate::names::{name_or, shorten};
 use crate::part::{DEGENERATE, NO_UV, is_uv};
 use crate::refusal::{Asset, Warnings};
+
+/// Names of the attributes that are not looked at. Tangents are not among them: they follow from what is.
+fn ignored_attributes(primitive: &Primitive, texture: TextureUse) -> Vec<String> {
+    let name = |semantic: &Checked<Semantic>| match semantic {
+        Checked::Valid(Semantic::Positions | Semantic::Normals | Semantic::Tangents | Semantic::Colors(0)) => None,
+        Checked::Valid(Semantic::TexCoords(set)) => (*set != texture.uv_set).then(|| format!("TEXCOORD_{set}")),
+        // What is left over of these is counted where the strongest four are kept.
+        Checked::Valid(Semantic::Joints(_) | Semantic::Weights(_)) => None,
+        Checked::Valid(Semantic::Colors(set)) => Some(format!("COLOR_{set}")),
+        Checked::Valid(Semantic::Extras(own)) => Some(shorten(&format!("_{own}"))),
+        Checked::Invalid => Some("attributes of unknown names".to_owned()),
+    };
+    primitive.attributes.keys().filter_map(name).collect()
+}
 
 /// JOINTS_n and WEIGHTS_n that are looked at: 32 influences a vertex, of which four stay. Bounds memory.
 const INFLUENCE_SETS: u32 = 8;
@@ -97,6 +111,9 @@ impl<'a> Geometry<'a, '_> {
                 .ok_or_else(|| self.asset.format(&place, format!("material {m}, the file has {}", textures.len())))?,
         };
         self.refuse_draco(&place, primitive)?;
+        let ignored = ignored_attributes(primitive, texture);
+        let message = format!("{}: nothing here reads them, and exports will not have them", ignored.join(", "));
+        warnings.add("attributes-ignored", &place, ignored.len() as u64, message);
         let Some(elements) = self.open(&place, primitive, Semantic::Positions)? else {
             return Err(self.asset.format(place, "no POSITION"));
         };

@@ -8,7 +8,7 @@ use crate::folder::Folder;
 use crate::image_header::read_image;
 use crate::names::{name_or, shorten};
 use crate::refusal::{Asset, Warnings};
-use crate::{Error, RawFinish, RawImage, RawMaterial, RawTexture, RawWrap, Result};
+use crate::{Error, RawFilters, RawFinish, RawImage, RawMaterial, RawTexture, RawWrap, Result};
 
 /// Textures that nothing of ours or of glTF's materials stands for.
 const LEFT_OUT: [&str; 9] = ["map_Bump", "map_bump", "bump", "disp", "map_Ks", "map_Ns", "map_Pm", "map_Pr", "map_Ps"];
@@ -220,7 +220,7 @@ fn read_texture(
             index
         }
     };
-    Ok(RawTexture { image, wrap_u: wrap, wrap_v: wrap })
+    Ok(RawTexture { image, wrap_u: wrap, wrap_v: wrap, filters: RawFilters::default() })
 }
 
 /// Options before a texture's file name, which may hold blanks: (`-clamp on`, how many others, the name).

@@ -82,6 +82,9 @@ fn clip_names_are_unique_and_made_up_where_missing() {
     let character = doc.load();
     let names: Vec<&str> = character.clips.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["walk", "walk (2)", "clip 2", "walk (3)"]);
+    let renamed: Vec<_> = character.warnings.iter().filter(|w| w.code == "clip-renamed").collect();
+    assert_eq!(renamed.len(), 3);
+    assert!(renamed[0].message.contains("`walk (2)`") && renamed[0].message.contains("another clip has its name"));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Materials, textures, images.
 
-use crowd_source::{ImageEncoding, RawWrap};
+use crowd_source::{ImageEncoding, RawFilters, RawMinFilter, RawWrap};
 use serde_json::{Value, json};
 
 use crate::builder::*;
@@ -263,13 +263,43 @@ fn textures_that_cannot_be_kept_are_named_and_take_their_factors_along() {
     let character = doc.load();
     let finish = &character.materials[0].finish;
     assert_eq!(*finish, crowd_source::RawFinish::default());
-    let said: Vec<&str> = character.warnings.iter().map(|w| w.place.rsplit(": ").next().unwrap()).collect();
+    // The second set of coordinates is read by nothing then, which is said, too.
+    let (reduced, others): (Vec<_>, Vec<_>) = character.warnings.iter().partition(|w| w.code == "material-reduced");
+    let said: Vec<&str> = reduced.iter().map(|w| w.place.rsplit(": ").next().unwrap()).collect();
     let places =
         ["emissiveTexture", "normalTexture", "metallicRoughnessTexture", "occlusionTexture", "KHR_materials_sheen"];
     assert_eq!(said, places);
-    assert!(character.warnings.iter().all(|w| w.code == "material-reduced"));
+    assert_eq!(others.iter().map(|w| w.code).collect::<Vec<_>>(), ["attributes-ignored"]);
     // With the same transform on both it is the mesh's.
     let same =
         surfaced(json!({"pbrMetallicRoughness": {"baseColorTexture": transformed}, "normalTexture": transformed}));
     assert!(same.load().materials[0].finish.normal.is_some());
+}
+
+#[test]
+fn filters_come_through_and_unknown_ones_are_named() {
+    let mut doc = textured(json!({"index": 0}));
+    let of = |doc: &Doc| doc.load().materials[0].texture.unwrap().filters;
+    assert_eq!(of(&doc), RawFilters::default());
+    doc.json["samplers"][0] = json!({"magFilter": 9728, "minFilter": 9985});
+    assert_eq!(of(&doc), RawFilters { mag_nearest: true, min: RawMinFilter::LinearMipmapNearest });
+    doc.json["samplers"][0] = json!({"magFilter": 7, "minFilter": 8});
+    assert_eq!(of(&doc), RawFilters::default());
+    assert_eq!(warning(&doc.load(), "filter-unknown").map(|w| w.count), Some(2));
+}
+
+#[test]
+fn what_nothing_reads_is_named() {
+    let mut doc = textured(json!({"index": 0}));
+    let other = doc.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"].clone();
+    doc.json["meshes"][0]["primitives"][0]["attributes"]["_WIND"] = other;
+    doc.json["asset"]["copyright"] = json!("CC-BY A. Person");
+    let character = doc.load();
+    let ignored = warning(&character, "attributes-ignored").unwrap();
+    assert_eq!(ignored.count, 2);
+    assert!(ignored.message.contains("TEXCOORD_1") && ignored.message.contains("_WIND"), "{}", ignored.message);
+    assert!(warning(&character, "copyright-not-kept").unwrap().message.contains("CC-BY A. Person"));
+    let material = &mut doc.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+    material["texCoord"] = json!(1);
+    assert!(warning(&doc.load(), "attributes-ignored").unwrap().message.contains("TEXCOORD_0"));
 }

@@ -103,27 +103,15 @@ pub(super) fn parse_fps(text: &str) -> Result<f32, String> {
     if (1.0..=240.0).contains(&fps) { Ok(fps) } else { Err(format!("found {fps}, allowed 1 to 240")) }
 }
 
-pub(super) fn parse_ratio(text: &str) -> Result<f64, String> {
-    let ratio: f64 = text.trim().parse().map_err(|_| "not a number".to_owned())?;
-    if ratio > 0.0 && ratio <= 1.0 { Ok(ratio) } else { Err(format!("found {ratio}, allowed above 0 and up to 1")) }
-}
-
-/// A percent as a share.
-pub(super) fn parse_percent(text: &str) -> Result<f64, String> {
-    let percent: f64 = text.trim().parse().map_err(|_| "not a number".to_owned())?;
-    let fits = percent > 0.0 && percent <= 100.0;
-    if fits { Ok(percent / 100.0) } else { Err(format!("found {percent}, allowed above 0 and up to 100")) }
-}
-
-/// A share as a number or in percent.
+/// A share of the triangles, the same for every command: `0.25` or `25%`.
 pub(super) fn parse_share(text: &str) -> Result<f64, String> {
-    let Some(percent) = text.trim().strip_suffix('%') else { return parse_ratio(text) };
-    let percent: f64 = percent.trim().parse().map_err(|_| "not a number".to_owned())?;
-    if percent > 0.0 && percent <= 100.0 {
-        Ok(percent / 100.0)
-    } else {
-        Err(format!("found {percent} %, allowed above 0 and up to 100 %"))
-    }
+    let allowed = || format!("found {text}, allowed above 0 and up to 1, or up to 100%, as in 0.25 or 25%");
+    let (number, whole) = match text.trim().strip_suffix('%') {
+        Some(percent) => (percent.trim(), 100.0),
+        None => (text.trim(), 1.0),
+    };
+    let number: f64 = number.parse().map_err(|_| allowed())?;
+    if number > 0.0 && number <= whole { Ok(number / whole) } else { Err(allowed()) }
 }
 
 pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
@@ -141,12 +129,11 @@ mod tests {
 
     #[test]
     fn ratios_and_sizes_say_what_is_allowed() {
-        assert_eq!(parse_ratio("0.25"), Ok(0.25));
-        assert_eq!(parse_ratio("25").unwrap_err(), "found 25, allowed above 0 and up to 1");
-        assert!(parse_ratio("nan").is_err());
         assert_eq!([parse_share("10%"), parse_share(" 2.5 %"), parse_share("0.1")], [Ok(0.1), Ok(0.025), Ok(0.1)]);
-        assert_eq!(parse_share("250%").unwrap_err(), "found 250 %, allowed above 0 and up to 100 %");
-        assert!(parse_share("%").is_err() && parse_share("NaN%").is_err());
+        let allowed = "allowed above 0 and up to 1, or up to 100%, as in 0.25 or 25%";
+        assert_eq!(parse_share("25").unwrap_err(), format!("found 25, {allowed}"));
+        assert_eq!(parse_share("250%").unwrap_err(), format!("found 250%, {allowed}"));
+        assert!(["%", "NaN%", "nan", "", "0", "-1%"].iter().all(|text| parse_share(text).is_err()));
         assert_eq!(parse_size("64x32"), Ok([64, 32]));
         assert!(parse_size("64").is_err() && parse_size("1x99999").is_err());
         assert!(parse_fps("0").is_err() && parse_fps("NaN").is_err());

@@ -6,7 +6,9 @@ mod to_text;
 pub use causes::{Cause, Stuck, Words, stuck_positions};
 pub use to_text::to_text;
 
-use crate::inspect::{MeasuredInspection, OddCounts, clip_name, inspect_measured};
+use crate::inspect::{
+    DiscreteInspection, MeasuredInspection, OddCounts, clip_name, inspect_discrete, inspect_measured,
+};
 use crate::measure_packed::measure_packed;
 use crate::pose::{Mat3x4, pose_positions};
 use crate::unpack::{Unpacked, triangle_target};
@@ -47,6 +49,8 @@ pub struct Explanation {
     pub places: Vec<Place>,
     /// Levels asked for.
     pub targets: Vec<Target>,
+    /// Discrete levels that the bake stored, whatever was asked for here.
+    pub stored: Vec<DiscreteInspection>,
 }
 
 /// Sizes of a level.
@@ -133,6 +137,8 @@ pub struct Furthest {
     pub material: String,
     /// Largest distance of its vertices, metres.
     pub max_m: f32,
+    /// That far off at rest, which the clips' frames (and so the level's worst point) need not show.
+    pub at_rest: bool,
 }
 
 /// Explains one character. `ratios`: shares of the triangles that someone wants, above 0 and up to 1.
@@ -158,6 +164,7 @@ pub fn explain(character: &Unpacked<'_>, ratios: &[f64]) -> Explanation {
         causes: count_causes(&stuck, &manifest.criteria),
         places: find_places(character, &stuck),
         targets: find_targets(character, ratios),
+        stored: inspect_discrete(character),
     }
 }
 
@@ -253,22 +260,26 @@ fn find_targets(character: &Unpacked<'_>, ratios: &[f64]) -> Vec<Target> {
 fn find_furthest(character: &Unpacked<'_>, level: LodRecord, measured: Option<&ManifestMeasured>) -> Vec<Furthest> {
     let triangles = character.level_triangles(level);
     let worst = measured.and_then(|m| frame_palette(character, m.max_clip as usize, m.max_frame));
-    let mut largest: BTreeMap<(u32, u16), f32> = BTreeMap::new();
-    for palette in worst.into_iter().chain([character.rest_palette()]) {
+    let mut largest: BTreeMap<(u32, u16), (f32, bool)> = BTreeMap::new();
+    let poses = worst.map(|palette| (palette, false)).into_iter().chain([(character.rest_palette(), true)]);
+    for (palette, at_rest) in poses {
         let posed = pose_positions(&character.positions, &character.joints, &character.weights, &palette);
         for (vertex, distance_m) in crowd_lod::distances_to_surface(&posed, &posed, &triangles).into_iter().enumerate()
         {
             let place = largest.entry(place_key(character, vertex)).or_default();
-            *place = place.max(distance_m);
+            if distance_m > place.0 {
+                *place = (distance_m, at_rest);
+            }
         }
     }
     let mut furthest: Vec<Furthest> = largest
         .into_iter()
-        .filter(|&(_, max_m)| max_m > 0.0 && max_m.is_finite())
-        .map(|((material, joint), max_m)| Furthest {
+        .filter(|&(_, (max_m, _))| max_m > 0.0 && max_m.is_finite())
+        .map(|((material, joint), (max_m, at_rest))| Furthest {
             joint: joint_name(character, joint),
             material: character.manifest.materials[material as usize].clone(),
             max_m,
+            at_rest,
         })
         .collect();
     // Stable: equal distances stay in the order of materials and joints.

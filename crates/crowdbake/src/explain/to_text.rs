@@ -1,7 +1,7 @@
 //! The explanation as lines for people.
 
 use super::{Cause, Explanation, Furthest, Place, Target};
-use crate::inspect::grouped;
+use crate::inspect::{MeasuredInspection, grouped};
 use crate::units::{length, percent};
 use std::fmt::Write;
 
@@ -26,6 +26,18 @@ pub fn to_text(explanation: &Explanation) -> String {
     );
     for target in &e.targets {
         write_target(&mut out, target);
+    }
+    for level in &e.stored {
+        let refitted = if level.refitted { ", refitted" } else { "" };
+        let _ = write!(
+            out,
+            "  stored        {} ({}): {}{refitted}",
+            level.name,
+            level.target,
+            grouped(level.measured.triangles)
+        );
+        write_measured(&mut out, &level.measured);
+        out.push('\n');
     }
     write_held(&mut out, e);
     for cause in &e.causes {
@@ -81,21 +93,25 @@ fn write_target(out: &mut String, target: &Target) {
     let nearest = if target.reached { "the level" } else { "the coarsest level" };
     let _ = write!(out, "{nearest} has {}", grouped(target.level.triangles));
     if let Some(measured) = &target.measured {
-        let _ = write!(
-            out,
-            "; off by {} RMS, {} at its worst point (clip {}, frame {}), every point within {}",
-            length(measured.rms_m),
-            length(measured.max_m),
-            measured.max_clip,
-            measured.max_frame,
-            length(measured.bound_m),
-        );
+        write_measured(out, measured);
     }
     out.push('\n');
     if !target.furthest.is_empty() {
         let places: Vec<String> = target.furthest.iter().map(|place| furthest_words(place, &target.furthest)).collect();
         let _ = writeln!(out, "                furthest off at joints {}", places.join(", "));
     }
+}
+
+fn write_measured(out: &mut String, measured: &MeasuredInspection) {
+    let _ = write!(
+        out,
+        "; off by {} RMS, {} at its worst point (clip {}, frame {}), every point within {}",
+        length(measured.rms_m),
+        length(measured.max_m),
+        measured.max_clip,
+        measured.max_frame,
+        length(measured.bound_m),
+    );
 }
 
 fn write_place(out: &mut String, place: &Place) {
@@ -114,5 +130,6 @@ fn write_place(out: &mut String, place: &Place) {
 fn furthest_words(place: &Furthest, all: &[Furthest]) -> String {
     let several = all.iter().filter(|other| other.joint == place.joint).count() > 1;
     let of = if several { format!(" ({})", place.material) } else { String::new() };
-    format!("{}{of} {}", place.joint, length(place.max_m))
+    let rest = if place.at_rest { " (at rest)" } else { "" };
+    format!("{}{of} {}{rest}", place.joint, length(place.max_m))
 }
