@@ -41,7 +41,7 @@ fn lines(p: vec2f, foot: vec2f, period: f32, width_m: f32) -> f32 {
 
 // What is left of the ground's colour in the shadow.
 fn ground_shade(p: vec3f) -> vec3f {
-    if shadow.cascade_count == 0u {
+    if !HAS_SHADOWS {
         return vec3f(1.0);
     }
     let up = vec3f(0.0, 1.0, 0.0);

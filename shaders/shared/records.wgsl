@@ -308,7 +308,7 @@ struct Cascade {
     texel_m: f32,
     half_m: f32,
     details_per_m: f32,
-    reserved: u32,
+    depth_per_m: f32,
 }
 
 struct ShadowConfig {

@@ -133,7 +133,7 @@ fn cascade(center: DVec3, radius: f64, world_height: f64, side: u32) -> Cascade 
         texel_m: texel as f32,
         half_m: half as f32,
         details_per_m: (1.0 / (CASTER_TEXELS * texel)) as f32,
-        reserved: 0,
+        depth_per_m: (1.0 / range) as f32,
     }
 }
 
@@ -203,6 +203,30 @@ mod tests {
             assert_eq!(size, texel);
             let apart = moved - first;
             assert!((apart - apart.round()).abs().max_element() < 0.02, "{apart}");
+        }
+    }
+
+    /// What `place_in` of `shaders/shared/shadow.wgsl` makes of six numbers of a map.
+    fn as_the_shader(cascade: &Cascade, p: Vec3) -> Vec3 {
+        let towards = Vec3::from(SUN_DIRECTION).normalize();
+        let across = Vec3::Y.cross(towards).normalize();
+        let from_sun = Vec3::new(p.dot(across), p.dot(towards.cross(across)), p.dot(towards));
+        let scale = Vec3::new(1.0 / cascade.half_m, 1.0 / cascade.half_m, -cascade.depth_per_m);
+        from_sun * scale + Mat4::from_cols_array_2d(&cascade.clip_from_world).w_axis.truncate()
+    }
+
+    #[test]
+    fn six_numbers_of_a_map_say_what_its_matrix_says() {
+        let (config, draw) = config(Vec3::new(3.0, 1.7, 30.0), Vec3::new(0.0, 1.0, 0.0));
+        let shadow = fit_cascades(&config, &draw, &bounds(), 4);
+        for c in &shadow.cascades {
+            for p in [Vec3::ZERO, Vec3::new(40.0, 2.0, -35.0), Vec3::new(-7.0, 0.3, 12.0)] {
+                let apart = at(c, p) - as_the_shader(c, p);
+                assert!(apart.truncate().length() * 0.5 * (shadow.side as f32) < 0.01, "{apart} of half a map");
+                assert!(apart.z.abs() < 1e-6, "{apart} of a map's depth");
+            }
+            let other = Cascade { depth_per_m: c.depth_per_m * 1.01, ..*c };
+            assert!((at(c, bounds().low) - as_the_shader(&other, bounds().low)).z.abs() > 1e-6);
         }
     }
 

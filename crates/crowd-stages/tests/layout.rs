@@ -165,7 +165,7 @@ fn rust_layouts() -> Vec<Layout> {
         layout!(PyramidConfig { width_px, height_px, sample_count, level_count, levels }),
         layout!(PyramidStep { level, reserved_a, reserved_b, reserved_c }),
         layout!(SightTally { hidden_min_count, hidden_count }),
-        layout!(Cascade { clip_from_world, texel_m, half_m, details_per_m, reserved }),
+        layout!(Cascade { clip_from_world, texel_m, half_m, details_per_m, depth_per_m }),
         layout!(ShadowConfig { cascades, cascade_count, floor_m, side, reserved }),
         layout!(CascadeStep { cascade, has_choices, reserved_a, reserved_b }),
         layout!(DiscreteConfig { half_diagonal_m, reserved_a, reserved_b, reserved_c }),
@@ -475,6 +475,18 @@ fn constants_are_the_same() {
     ];
     for (name, rust) in seconds {
         assert_eq!(constant_difference(&module, name, &[f64::from(rust)]), None);
+    }
+}
+
+#[test]
+fn light_looks_along_the_axes_of_the_maps() {
+    let module = parse(&gpu::crowd_source());
+    let towards = glam::Vec3::from(SUN_DIRECTION).as_dvec3().normalize();
+    let across = glam::DVec3::Y.cross(towards).normalize();
+    for (name, axis) in [("SUN_ACROSS", across), ("SUN_ALONG", towards.cross(across))] {
+        let found = constant(&module, name).expect("a vector");
+        let apart = glam::DVec3::from_slice(&found).distance(axis);
+        assert!(apart < 2e-7, "{name}: {found:?} in WGSL, {axis} in Rust");
     }
 }
 

@@ -15,8 +15,8 @@ pub struct Cascade {
     pub half_m: f32,
     /// One over the error, metres, that its casters may have.
     pub details_per_m: f32,
-    /// Zero.
-    pub reserved: u32,
+    /// How much deeper in the map a point is that lies a metre farther from the sun.
+    pub depth_per_m: f32,
 }
 
 /// The sun's shadow maps, a uniform of 336 bytes.
