@@ -12,6 +12,12 @@ const INSTANCE_GROUP_SIZE: u32 = 64u;
 // Threads of a sorting group, also the most values of a digit; instances of each thread.
 const SORT_BLOCK_SIZE: u32 = 64u;
 const SORT_RUN: u32 = 32u;
+// Most keys that are sorted in one pass, those in no bucket included; most runs of instances, a thread each, and instances of the shortest; threads of a
+// group: as many as the lanes that a processor works on at a time.
+const AT_ONCE_KEYS: u32 = 1024u;
+const AT_ONCE_RUNS: u32 = 256u;
+const AT_ONCE_SHORTEST: u32 = 256u;
+const AT_ONCE_GROUP_SIZE: u32 = 8u;
 // Heights that fill_budget's twin tries in one pass; those that the stage tries in a round; chunks of instances that it sums at most.
 const FILL_CANDIDATES: u32 = 16u;
 const FILL_TRIED: u32 = 8u;

@@ -1,10 +1,11 @@
 //! `gather_drawn` on the GPU against its twin: integers equal, other numbers within a bound.
 
-use crate::cases::{Case, buckets, case, cases, data, impostored};
+use crate::cases::{Case, buckets, case, cases, data, first_difference, impostored};
 use crowd_stages::{BucketPlace, BucketRange, Buckets, DrawnInstance, MorphRecord, Weight, cpu, gpu::GatherDrawn};
 use crowd_tests::gpu;
 use std::collections::BTreeMap;
 
+#[derive(Clone)]
 pub struct Sorted {
     pub keys: Vec<u32>,
     pub values: Vec<u32>,
@@ -36,6 +37,15 @@ fn on_gpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
 }
 
 fn on_gpu_in(buckets: &Buckets, case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
+    run(buckets, case, sorted, |stage, pass, bound| stage.record(pass, bound, case.count()))
+}
+
+fn run(
+    buckets: &Buckets,
+    case: &Case,
+    sorted: &Sorted,
+    record: impl FnOnce(&GatherDrawn, &mut wgpu::ComputePass<'_>, &wgpu::BindGroup),
+) -> Vec<DrawnInstance> {
     let stage = GatherDrawn::new(&gpu::device().0);
     let drawn = gpu::output::<DrawnInstance>(case.instances.len());
     let bound = stage.bind(
@@ -51,8 +61,19 @@ fn on_gpu_in(buckets: &Buckets, case: &Case, sorted: &Sorted) -> Vec<DrawnInstan
         &gpu::storage(&sorted.places),
         &drawn,
     );
-    gpu::run(|pass| stage.record(pass, &bound, case.count()));
+    gpu::run(|pass| record(&stage, pass, &bound));
     gpu::read(&drawn, case.instances.len())
+}
+
+/// The same in the order of the instances.
+fn scattered(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
+    let places = || sorted.values.iter().zip(0..).zip(&sorted.keys);
+    let (mut keys, mut entries) = (sorted.keys.clone(), sorted.values.clone());
+    for ((i, place), key) in places() {
+        (keys[*i as usize], entries[*i as usize]) = (*key, place);
+    }
+    let listed = Sorted { keys, values: entries, ..sorted.clone() };
+    run(buckets(), case, &listed, |stage, pass, bound| stage.record_scattered(pass, bound, case.count()))
 }
 
 pub fn on_cpu(case: &Case, sorted: &Sorted) -> Vec<DrawnInstance> {
@@ -95,6 +116,7 @@ fn drawn_instances_agree_for_all_sizes() {
         assert_eq!(first_apart(&gpu, &cpu), None, "{} instances", case.count());
         let rest = gpu[cpu.len()..].iter().all(|drawn| *drawn == DrawnInstance::default());
         assert!(rest, "nobody is drawn after the last");
+        assert_eq!(first_difference(&scattered(&case, &sorted), &gpu), None, "{} instances, scattered", case.count());
         // With palettes for fewer than are drawn.
         let meshes = sorted.keys.iter().filter(|key| **key < buckets().mesh_count).count();
         let few = Buckets { palette_slots: meshes as u32 / 3, ..buckets().clone() };

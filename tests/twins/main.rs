@@ -37,6 +37,7 @@ mod shadows;
 mod share_poses;
 mod skin_vertices;
 mod small_bindings;
+mod sort_at_once;
 mod sort_instances;
 mod stage_times;
 mod steer_boids;

@@ -289,6 +289,7 @@ fn sources() -> Vec<(&'static str, String)> {
         ("key_points", gpu::KeyPoints::source()),
         ("key_instances", gpu::KeyInstances::source()),
         ("sort_instances", gpu::SortInstances::source()),
+        ("sort_at_once", gpu::SortAtOnce::source()),
         ("select_casters", gpu::SelectCasters::source()),
         ("lend_vertices", gpu::LendVertices::source()),
         ("recall_seen", gpu::RecallSeen::source()),

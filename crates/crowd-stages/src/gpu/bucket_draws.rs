@@ -1,10 +1,11 @@
 //! Instances sorted into buckets and drawn with one indirect draw each: what the instanced techniques share.
 
+use super::kernel::is_software;
 use super::renderer::RendererOptions;
 use super::stage_recorder::StageRecorder;
 use super::upload::{CrowdBuffers, FrameBuffers, LevelTables, Uploader};
 use super::vertex_inputs::{MESH_LAYOUT, ORIGIN_LAYOUT, OWNER_LAYOUT};
-use super::{GatherDrawn, KeyInstances, SortInstances, WriteBucketArgs};
+use super::{GatherDrawn, KeyInstances, SortAtOnce, SortInstances, WriteBucketArgs};
 use crate::{BucketPlace, BucketRange, DrawArgs, DrawCounts, DrawnInstance, MorphRecord, Result, SortPass};
 use std::mem::size_of;
 use std::ops::Range;
@@ -22,13 +23,65 @@ pub(crate) struct BucketDraws {
     draw_args: wgpu::Buffer,
     draw_counts: wgpu::Buffer,
     key_instances: (KeyInstances, wgpu::BindGroup),
-    sort_instances: SortInstances,
-    passes: Vec<(SortPass, wgpu::BindGroup)>,
+    sort: Sort,
     write_bucket_args: (WriteBucketArgs, wgpu::BindGroup),
     gather_drawn: (GatherDrawn, wgpu::BindGroup),
+    /// The same in the order of the instances, where the sort says who stands where.
+    scattered: Option<wgpu::BindGroup>,
     tables: LevelTables,
     /// The adapter takes the number of draws from a buffer.
     counts_draws: bool,
+}
+
+/// How they are sorted.
+enum Sort {
+    /// Digit after digit.
+    ByDigits { stage: SortInstances, passes: Vec<(SortPass, wgpu::BindGroup)> },
+    /// In one pass; it says who stands where, so those drawn may be gathered in the order of the instances.
+    AtOnce { stage: SortAtOnce, bound: wgpu::BindGroup, entries: wgpu::Buffer },
+}
+
+impl Sort {
+    /// With the buffers of the sorted keys and of the sorted instances.
+    fn new(
+        up: &mut Uploader<'_>,
+        f: &FrameBuffers,
+        tables: &LevelTables,
+        max_instances: u32,
+        keys: &wgpu::Buffer,
+        ranges: &wgpu::Buffer,
+    ) -> Result<(Self, wgpu::Buffer, wgpu::Buffer)> {
+        let device = up.device;
+        let fewer = "draw fewer instances";
+        let bucket_count = tables.counts.bucket_count;
+        let mut words = |what, count| up.empty::<u32>(what, count, Usage::STORAGE | Usage::COPY_SRC, fewer);
+        let n = u64::from(max_instances);
+        let (sorted_keys, sorted) = (words("sorted keys", n)?, words("sorted", n)?);
+        if SortAtOnce::suits(is_software(device), bucket_count) {
+            let entries = words("places in the sorted list", n)?;
+            let counts = words("counts of keys", SortAtOnce::count_words(max_instances, bucket_count))?;
+            let stage = SortAtOnce::new(device);
+            let (config, buckets) = (&f.config, &tables.bucket_counts);
+            let bound = stage.bind(device, config, buckets, keys, &counts, &sorted_keys, &sorted, &entries, ranges);
+            return Ok((Self::AtOnce { stage, bound, entries }, sorted_keys, sorted));
+        }
+        // One pair of buffers for each pass but the first, which reads the keys: two are enough.
+        let other = (words("sorted keys", n)?, words("sorted", n)?);
+        let counts = words("counts of digits", SortInstances::digit_count_words(max_instances))?;
+        let last = (sorted_keys, sorted);
+        let stage = SortInstances::new(device);
+        let sort_passes = SortInstances::passes(bucket_count);
+        let count = sort_passes.len();
+        let mut passes = Vec::new();
+        for (number, pass) in sort_passes.into_iter().enumerate() {
+            let uniform = up.filled("sort pass", &[pass], Usage::UNIFORM, fewer)?;
+            let ((from_keys, from), into) = if (count - number) % 2 == 1 { (&other, &last) } else { (&last, &other) };
+            let from_keys = if number == 0 { keys } else { from_keys };
+            let bound = stage.bind(device, &f.config, &uniform, from_keys, from, &counts, &into.0, &into.1);
+            passes.push((pass, bound));
+        }
+        Ok((Self::ByDigits { stage, passes }, last.0, last.1))
+    }
 }
 
 /// What stages between the sorted list and the draws read and write.
@@ -76,34 +129,14 @@ impl BucketDraws {
         let written = Usage::STORAGE | Usage::COPY_SRC;
         let indirect = written | Usage::INDIRECT;
         let bucket_count = tables.counts.bucket_count;
-        let digit_words = SortInstances::digit_count_words(options.max_instances);
         let keys = up.empty::<u32>("keys", n, written, fewer)?;
         let morphs = up.empty::<MorphRecord>("morphs", n, written, fewer)?;
-        // One pair of buffers for each pass but the first, which reads the keys: two are enough.
-        let pair = |up: &mut Uploader<'_>| -> Result<[wgpu::Buffer; 2]> {
-            Ok([up.empty::<u32>("sorted keys", n, written, fewer)?, up.empty::<u32>("sorted", n, written, fewer)?])
-        };
-        let pairs = [pair(up)?, pair(up)?];
-        let digit_counts = up.empty::<u32>("counts of digits", digit_words, written, fewer)?;
         let ranges = up.empty::<BucketRange>("ranges of buckets", bucket_count.into(), written, fewer)?;
         let draw_args = up.empty::<DrawArgs>("draw arguments", bucket_count.into(), indirect, fewer)?;
         let draw_counts = up.empty::<DrawCounts>("counts of draws", 1, indirect, fewer)?;
         let places = up.empty::<BucketPlace>("places of buckets", u64::from(bucket_count) + 1, written, fewer)?;
 
-        let sort = SortInstances::new(up.device);
-        let mut passes = Vec::new();
-        for (number, pass) in SortInstances::passes(bucket_count).into_iter().enumerate() {
-            let uniform = up.filled("sort pass", &[pass], Usage::UNIFORM, fewer)?;
-            let [into_keys, into] = &pairs[number % 2];
-            let [from_keys, from] = &pairs[(number + 1) % 2];
-            let from_keys = if number == 0 { &keys } else { from_keys };
-            let bound = sort.bind(up.device, &f.config, &uniform, from_keys, from, &digit_counts, into_keys, into);
-            passes.push((pass, bound));
-        }
-        let last = (passes.len() + 1) % 2;
-        let [[a_keys, a], [b_keys, b]] = pairs;
-        let (sorted_keys, sorted) = if last == 0 { (a_keys, a) } else { (b_keys, b) };
-
+        let (sort, sorted_keys, sorted) = Sort::new(up, f, &tables, options.max_instances, &keys, &ranges)?;
         let key = KeyInstances::new(up.device);
         let key_bound = key.bind(
             up.device,
@@ -133,19 +166,29 @@ impl BucketDraws {
         );
         let drawn = up.empty::<DrawnInstance>("drawn instances", n, written | Usage::VERTEX, fewer)?;
         let gather = GatherDrawn::new(up.device);
-        let gather_bound = gather.bind(
-            up.device,
-            &f.config,
-            &tables.bucket_counts,
-            &f.instances,
-            &c.characters,
-            &c.clips,
-            &morphs,
-            &sorted_keys,
-            &sorted,
-            &places,
-            &drawn,
-        );
+        let gather_bound = |listed_keys, listed| {
+            let (device, counts) = (up.device, &tables.bucket_counts);
+            let (characters, clips, morphs) = (&c.characters, &c.clips, &morphs);
+            let (config, instances) = (&f.config, &f.instances);
+            gather.bind(
+                device,
+                config,
+                counts,
+                instances,
+                characters,
+                clips,
+                morphs,
+                listed_keys,
+                listed,
+                &places,
+                &drawn,
+            )
+        };
+        let listed = gather_bound(&sorted_keys, &sorted);
+        let scattered = match &sort {
+            Sort::AtOnce { entries, .. } => Some(gather_bound(&keys, entries)),
+            Sort::ByDigits { .. } => None,
+        };
         Ok(Self {
             keys,
             morphs,
@@ -157,10 +200,10 @@ impl BucketDraws {
             draw_args,
             draw_counts,
             key_instances: (key, key_bound),
-            sort_instances: sort,
-            passes,
+            sort,
+            scattered,
             write_bucket_args: (write, write_bound),
-            gather_drawn: (gather, gather_bound),
+            gather_drawn: (gather, listed),
             tables,
             counts_draws: up.device.features().contains(wgpu::Features::MULTI_DRAW_INDIRECT_COUNT),
         })
@@ -191,12 +234,21 @@ impl BucketDraws {
 
     /// From keys to draw arguments.
     pub(crate) fn record_sort(&self, recorder: &mut StageRecorder<'_>, count: u32) {
-        recorder.stage("sort_instances", |compute| {
-            for (pass, bound) in &self.passes {
-                self.sort_instances.record(compute, bound, pass, count);
+        match &self.sort {
+            Sort::ByDigits { stage, passes } => {
+                recorder.stage("sort_instances", |compute| {
+                    for (pass, bound) in passes {
+                        stage.record(compute, bound, pass, count);
+                    }
+                });
+                self.record_arguments(recorder, count);
             }
-        });
-        self.record_arguments(recorder, count);
+            Sort::AtOnce { stage, bound, .. } => {
+                recorder.stage("sort_at_once", |pass| stage.record(pass, bound, count));
+                let (write, bound) = &self.write_bucket_args;
+                recorder.stage("write_bucket_args", |pass| write.record_args(pass, bound));
+            }
+        }
     }
 
     /// Draw arguments of a sorted list.
@@ -205,8 +257,18 @@ impl BucketDraws {
         recorder.stage("write_bucket_args", |pass| write.record(pass, bound, count, self.tables.counts.bucket_count));
     }
 
-    /// What vertices need to know of those who are drawn.
+    /// What vertices need to know of those who are drawn, after the sort.
     pub(crate) fn record_drawn(&self, recorder: &mut StageRecorder<'_>, count: u32) {
+        match &self.scattered {
+            Some(bound) => {
+                recorder.stage("gather_drawn", |pass| self.gather_drawn.0.record_scattered(pass, bound, count));
+            }
+            None => self.record_listed(recorder, count),
+        }
+    }
+
+    /// The same for a list that is there already, or that others have written.
+    pub(crate) fn record_listed(&self, recorder: &mut StageRecorder<'_>, count: u32) {
         let (gather, bound) = &self.gather_drawn;
         recorder.stage("gather_drawn", |pass| gather.record(pass, bound, count));
     }

@@ -30,10 +30,11 @@ impl GatherDrawn {
             Use::Read,
             Use::Write,
         ];
-        Self { kernel: Kernel::new(device, "gather_drawn", Self::source(), &["gather_drawn"], &uses) }
+        Self { kernel: Kernel::new(device, "gather_drawn", Self::source(), &["gather_drawn", "scatter_drawn"], &uses) }
     }
 
-    /// Binds the buffers of the shader's bindings, in their order.
+    /// Binds the buffers of the shader's bindings, in their order. For [`Self::record_scattered`] keys and places of the instances are in the place of
+    /// the sorted keys and values.
     pub fn bind(
         &self,
         device: &wgpu::Device,
@@ -57,5 +58,10 @@ impl GatherDrawn {
     /// Records the dispatch for that many instances.
     pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
         self.kernel.dispatch(pass, 0, bound, blocks(instance_count));
+    }
+
+    /// The same in the order of the instances, which writes what that writes.
+    pub fn record_scattered(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
+        self.kernel.dispatch(pass, 1, bound, blocks(instance_count));
     }
 }

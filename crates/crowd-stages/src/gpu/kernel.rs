@@ -24,10 +24,13 @@ pub(crate) enum Use {
 /// Whether frames are fetched from a storage texture: on software Vulkan that is code of a few loads within the shader, where a texture's fetch
 /// is a call for which everything is put aside, and which looks for each lane's mip level. Cards have hardware for the latter.
 pub(crate) fn fetches_from_storage(device: &wgpu::Device) -> bool {
+    is_software(device) && device.limits().max_storage_textures_per_shader_stage > 0
+}
+
+/// Whether stages run on a processor (llvmpipe): what they cost there is what they touch.
+pub(crate) fn is_software(device: &wgpu::Device) -> bool {
     let info = device.adapter_info();
-    info.device_type == wgpu::DeviceType::Cpu
-        && info.backend == wgpu::Backend::Vulkan
-        && device.limits().max_storage_textures_per_shader_stage > 0
+    info.device_type == wgpu::DeviceType::Cpu && info.backend == wgpu::Backend::Vulkan
 }
 
 /// The same WGSL with frames in a storage texture, which has no levels to name.

@@ -2,10 +2,10 @@
 //!
 //! Each formula stands for one constructor and names it; a test holds them equal to what the constructors ask for.
 
-use super::SortInstances;
 use super::pre_skinning::skinned_room;
 use super::renderer::RendererOptions;
 use super::techniques::windows;
+use super::{SortAtOnce, SortInstances};
 use crate::dispatch::{BLOCK_SIZE, MAX_CASCADES, POINT_LEVELS};
 use crate::points::MOST_POINTS;
 use crate::{
@@ -88,6 +88,8 @@ pub(crate) struct Sizes {
     pub(crate) wide_indices: u64,
     /// Of sharing poses, and how many first poses there are.
     pub(crate) poses: Option<(PoseCounts, u64)>,
+    /// Stages run on a processor.
+    pub(crate) is_software: bool,
     /// Largest binding, bytes.
     pub(crate) largest_binding: u64,
 }
@@ -108,15 +110,22 @@ impl Sizes {
     /// `BucketDraws::of_tables`.
     fn bucket_draws(&self, bucket_count: u32) -> u64 {
         let (n, buckets) = (self.instances(), u64::from(bucket_count));
-        // Keys, and two pairs of sorted keys and instances.
-        5 * bytes::<u32>(n)
+        let most = self.options.max_instances;
+        let sort = if SortAtOnce::suits(self.is_software, bucket_count) {
+            // Sorted keys and instances, and where each stands.
+            3 * bytes::<u32>(n) + bytes::<u32>(SortAtOnce::count_words(most, bucket_count))
+        } else {
+            // Two pairs of sorted keys and instances.
+            4 * bytes::<u32>(n) + bytes::<u32>(SortInstances::digit_count_words(most)) + sort_passes(bucket_count)
+        };
+        // The keys.
+        bytes::<u32>(n)
+            + sort
             + bytes::<MorphRecord>(n)
-            + bytes::<u32>(SortInstances::digit_count_words(self.options.max_instances))
             + bytes::<BucketRange>(buckets)
             + bytes::<DrawArgs>(buckets)
             + bytes::<DrawCounts>(1)
             + bytes::<BucketPlace>(buckets + 1)
-            + sort_passes(bucket_count)
             + bytes::<DrawnInstance>(n)
     }
 

@@ -141,7 +141,7 @@ impl PreSkinning {
             let place = &self.place_buckets.0;
             recorder.stage("place_buckets", |pass| place.record(pass, &shared.place_buckets));
         }
-        draws.record_drawn(recorder, count);
+        draws.record_listed(recorder, count);
         shared.sharing.record_followers(recorder, count);
         let (blend, slots) = (&self.blend_palettes.0, count.min(self.palette_slots));
         let blend_bound = &shared.blend_palettes;
@@ -152,12 +152,12 @@ impl PreSkinning {
         }
     }
 
-    /// After the draw arguments: what vertices need to know of those who are drawn, their palettes and, if asked for, their
-    /// vertices.
+    /// After the draw arguments: what vertices need to know of those who are drawn, as `record_drawn` has it, their palettes and, if asked
+    /// for, their vertices.
     pub(crate) fn record(
         &self,
         recorder: &mut StageRecorder<'_>,
-        draws: &BucketDraws,
+        record_drawn: impl FnOnce(&mut StageRecorder<'_>),
         count: u32,
         with_vertices: bool,
     ) {
@@ -165,7 +165,7 @@ impl PreSkinning {
         if with_vertices {
             recorder.stage("place_buckets", |pass| place.record(pass, place_bound));
         }
-        draws.record_drawn(recorder, count);
+        record_drawn(recorder);
         let ((blend, blend_bound), slots) = (&self.blend_palettes, count.min(self.palette_slots));
         recorder.stage("blend_palettes", |pass| blend.record(pass, blend_bound, slots, self.palette_rows));
         let (skin, skin_bound) = &self.skin_vertices;

@@ -11,6 +11,7 @@ use super::draw_crowd::{DrawCrowd, Part};
 use super::draw_marks::DrawMarks;
 use super::draw_scenery::DrawScenery;
 use super::feed::BoundFeed;
+use super::kernel::is_software;
 use super::memory_use::MemoryUse;
 use super::occlusion::Occlusion;
 use super::play_motion::{Motion, MotionPlan, check_motion};
@@ -32,7 +33,7 @@ use glam::Mat4;
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
-pub const STAGES: [&str; 34] = [
+pub const STAGES: [&str; 35] = [
     "admit_instances",
     "play_motion",
     "hold_poses",
@@ -48,6 +49,7 @@ pub const STAGES: [&str; 34] = [
     "key_instances",
     "key_poses",
     "sort_instances",
+    "sort_at_once",
     "find_leaders",
     "write_bucket_args",
     "share_poses",
@@ -156,6 +158,7 @@ pub struct CrowdRenderer {
     memory: MemoryUse,
     /// Bytes that the device binds at most.
     largest_binding: u64,
+    is_software: bool,
 }
 
 impl CrowdRenderer {
@@ -213,6 +216,7 @@ impl CrowdRenderer {
             layer_side: data.layer_side.max(1),
             memory,
             largest_binding: device.limits().max_storage_buffer_binding_size,
+            is_software: is_software(device),
             crowd,
             frame,
         })

@@ -1,5 +1,7 @@
 //! One compute pass a stage, each with time stamps.
 
+use super::kernel::is_software;
+
 /// Records stages into an encoder and remembers their names in the order of their time stamps.
 pub(crate) struct StageRecorder<'a> {
     pub(crate) encoder: &'a mut wgpu::CommandEncoder,
@@ -30,9 +32,7 @@ pub(crate) enum Bounds {
 impl Bounds {
     /// Those that are true on this device.
     pub(crate) fn of(device: &wgpu::Device) -> Self {
-        let info = device.adapter_info();
-        let is_software = info.device_type == wgpu::DeviceType::Cpu && info.backend == wgpu::Backend::Vulkan;
-        if is_software { Self::Ends } else { Self::Starts }
+        if is_software(device) { Self::Ends } else { Self::Starts }
     }
 
     /// How many stamps so many stages have.

@@ -61,6 +61,11 @@ impl WriteBucketArgs {
     ) {
         self.kernel.dispatch(pass, 0, bound, blocks(bucket_count));
         self.kernel.dispatch(pass, 1, bound, blocks(instance_count));
+        self.record_args(pass, bound);
+    }
+
+    /// The same where it is known which instances are in which bucket.
+    pub fn record_args(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup) {
         self.kernel.dispatch(pass, 2, bound, 1);
     }
 }

@@ -10,6 +10,14 @@ pub const INSTANCE_GROUP_SIZE: u32 = 64;
 pub const SORT_BLOCK_SIZE: u32 = 64;
 /// Instances of each thread of a sorting group, one after another.
 pub const SORT_RUN: u32 = 32;
+/// Most keys that are sorted in one pass, those in no bucket included.
+pub const AT_ONCE_KEYS: u32 = 1024;
+/// Most runs of instances there, a thread each.
+pub const AT_ONCE_RUNS: u32 = 256;
+/// Instances of the shortest run.
+pub const AT_ONCE_SHORTEST: u32 = 256;
+/// Threads of a group there: as many as the lanes that a processor works on at a time.
+pub const AT_ONCE_GROUP_SIZE: u32 = 8;
 /// Heights that [`crate::cpu::fill_budget`] tries in one pass.
 pub const FILL_CANDIDATES: u32 = 16;
 /// Heights that its shader tries in a round.

@@ -75,6 +75,7 @@ impl CrowdRenderer {
             buckets: tables.counts,
             wide_indices: indices.saturating_sub((dot_indices + impostor_indices).into()),
             poses: self.crowd.poses.as_ref().map(|(counts, first)| (*counts, first.len() as u64)),
+            is_software: self.is_software,
             largest_binding: self.largest_binding,
         }
     }

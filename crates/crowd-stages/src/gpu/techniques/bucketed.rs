@@ -42,6 +42,24 @@ impl Bucketed {
         Ok(Self { draws, pipeline, morphing, dots, impostors, bound, beforehand: None })
     }
 
+    /// After the draw arguments. `record_drawn`: what says who is drawn.
+    fn record_before_draw(
+        &self,
+        recorder: &mut StageRecorder<'_>,
+        context: &FrameContext<'_>,
+        record_drawn: impl FnOnce(&BucketDraws, &mut StageRecorder<'_>, u32),
+    ) {
+        let count = context.config.instance_count;
+        match self.beforehand(context) {
+            Some(beforehand) => {
+                let with_vertices = context.skinning == Skinning::Compute;
+                let drawn = |recorder: &mut StageRecorder<'_>| record_drawn(&self.draws, recorder, count);
+                beforehand.skinning.record(recorder, drawn, count, with_vertices);
+            }
+            None => record_drawn(&self.draws, recorder, count),
+        }
+    }
+
     fn beforehand(&self, context: &FrameContext<'_>) -> Option<&Beforehand> {
         self.beforehand.as_ref().filter(|_| context.skinning != Skinning::Vertex)
     }
@@ -95,17 +113,11 @@ impl Painter for Bucketed {
             return;
         }
         self.draws.record_sort(recorder, count);
-        self.record_frozen(recorder, context);
+        self.record_before_draw(recorder, context, |draws, recorder, count| draws.record_drawn(recorder, count));
     }
 
     fn record_frozen(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
-        let count = context.config.instance_count;
-        match self.beforehand(context) {
-            Some(beforehand) => {
-                beforehand.skinning.record(recorder, &self.draws, count, context.skinning == Skinning::Compute);
-            }
-            None => self.draws.record_drawn(recorder, count),
-        }
+        self.record_before_draw(recorder, context, |draws, recorder, count| draws.record_listed(recorder, count));
     }
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {

@@ -56,7 +56,7 @@ impl Painter for Discrete {
     }
 
     fn record_frozen(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
-        self.draws.record_drawn(recorder, context.config.instance_count);
+        self.draws.record_listed(recorder, context.config.instance_count);
     }
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {

@@ -55,7 +55,7 @@ impl Painter for Points {
     }
 
     fn record_frozen(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
-        self.draws.record_drawn(recorder, context.config.instance_count);
+        self.draws.record_listed(recorder, context.config.instance_count);
     }
 
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, context: &FrameContext<'_>) {
