@@ -16,6 +16,9 @@
 @group(0) @binding(6) var<storage, read_write> sums: WeightSums;
 @group(0) @binding(7) var<storage, read_write> choices: array<LodChoice>;
 
+// Nobody is an impostor, and levels are not by error: what most frames are. A branch would cost what it leaves out, on adapters that go through both sides.
+override IS_PLAIN: bool = false;
+
 // Threads of a group that sums a chunk of instances.
 const FILL_GROUP_SIZE: u32 = 64u;
 // Between two heights of the first pass there are seventeen parts, with seventeen parts each.
@@ -209,6 +212,9 @@ fn weighed(i: u32) -> Weighed {
 fn count_in(one: Weighed, bits: u32, in_triangles: u32) -> u32 {
     let product = one.weight * bitcast<f32>(bits);
     let k = max(min(product, one.most), one.least);
+    if IS_PLAIN {
+        return lods[2u * (one.first_entry + u32(k)) + in_triangles];
+    }
     let entry = select(one.first_entry + u32(k), error_entry(one.character, product), config.weight == WEIGHT_ERROR);
     let count = lods[2u * entry + in_triangles];
     return select(count, impostor_count(one, product, in_triangles), one.stands_in);

@@ -33,7 +33,7 @@ fn on_gpu_after(
         &sums,
         &choices,
     );
-    gpu::run(|pass| stage.record(pass, &bound, recorded));
+    gpu::run(|pass| stage.record(pass, &bound, &case.config, recorded));
     (gpu::read(&choices, case.instances.len()), gpu::read(&fill, 1)[0], gpu::read(&sums, 1)[0])
 }
 

@@ -2,6 +2,7 @@
 
 use super::kernel::{Kernel, Use, blocks, stage_source};
 use crate::dispatch::{FILL_CHUNKS, FILL_TRIED};
+use crate::{FrameConfig, Weight};
 
 /// Rounds of the search. The first looks around a guess. Of the 4,335 heights that may be left, eight cut ninths: 4334, 481, 53, 5, none.
 /// Where the first has left at most 130, the second tries eight neighbours, and two more do: 122, 13, 1, none.
@@ -10,6 +11,8 @@ const FILL_ROUNDS: u32 = 5;
 /// Shader: `shaders/stages/fill_budget.wgsl`. Twin: [`crate::cpu::fill_budget`].
 pub struct FillBudget {
     kernel: Kernel,
+    /// What looks at everyone, for frames without impostors that are not by error: `sum_heights`, `choose_levels`.
+    plain: Kernel,
 }
 
 impl FillBudget {
@@ -34,7 +37,12 @@ impl FillBudget {
             "choose_levels",
             "choose_edge",
         ];
-        Self { kernel: Kernel::new(device, "fill_budget", Self::source(), &entry_points, &uses) }
+        let plain = [("IS_PLAIN", 1.0)];
+        let looks = ["sum_heights", "choose_levels"];
+        Self {
+            kernel: Kernel::new(device, "fill_budget", Self::source(), &entry_points, &uses),
+            plain: Kernel::with_constants(device, "fill_budget", Self::source(), &looks, &uses, &plain),
+        }
     }
 
     /// Words of `block_counts` for that many instances.
@@ -59,25 +67,31 @@ impl FillBudget {
         self.kernel.bind(device, &[config, characters, lods, culled, block_counts, fill, sums, choices])
     }
 
-    /// Records the dispatches for that many instances.
-    pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
+    /// Records the dispatches of a frame for that many instances, which may be more than it has.
+    pub fn record(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        bound: &wgpu::BindGroup,
+        config: &FrameConfig,
+        instance_count: u32,
+    ) {
+        let is_plain = config.impostor_area_px2 <= 0.0 && config.weight != Weight::Error as u32;
+        let (sum_heights, choose_levels) =
+            if is_plain { ((&self.plain, 0), (&self.plain, 1)) } else { ((&self.kernel, 1), (&self.kernel, 6)) };
         self.kernel.dispatch(pass, 0, bound, 1);
         for _ in 0..FILL_ROUNDS {
-            self.kernel.dispatch(pass, 1, bound, chunks(instance_count));
+            sum_heights.0.dispatch(pass, sum_heights.1, bound, chunks(instance_count));
             self.kernel.dispatch(pass, 2, bound, 1);
         }
         self.kernel.dispatch(pass, 5, bound, 1);
-        self.record_choices(pass, bound, instance_count);
+        choose_levels.0.dispatch(pass, choose_levels.1, bound, blocks(instance_count));
+        self.kernel.dispatch(pass, 7, bound, 1);
     }
 
     /// Records the last part alone: between the two heights that the state has, the first instances take the step.
     pub fn record_steps(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
         self.kernel.dispatch(pass, 3, bound, chunks(instance_count));
         self.kernel.dispatch(pass, 4, bound, 1);
-        self.record_choices(pass, bound, instance_count);
-    }
-
-    fn record_choices(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
         self.kernel.dispatch(pass, 6, bound, blocks(instance_count));
         self.kernel.dispatch(pass, 7, bound, 1);
     }

@@ -77,7 +77,7 @@ impl Selection {
         };
         if options.fit == Fit::Fill || by_error {
             let fill = if by_error { &self.fill_by_error } else { fill };
-            recorder.stage("fill_budget", |pass| self.fill_budget.record(pass, fill, count));
+            recorder.stage("fill_budget", |pass| self.fill_budget.record(pass, fill, config, count));
             return;
         }
         recorder.stage("select_lod", |pass| self.select_lod.0.record(pass, &self.select_lod.1, count));
