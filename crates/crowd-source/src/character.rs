@@ -270,7 +270,6 @@ pub enum ImageEncoding {
 /// | `black-factor-ignored` | MTL: a black `Kd` over a texture became white |
 /// | `clip-renamed` | a clip had the name of another, none, or one that would steer a terminal |
 /// | `clip-without-tracks` | an animation moves no joint and was left out |
-/// | `copyright-not-kept` | the file names who made it; packs and exports do not |
 /// | `degenerate-triangles-dropped` | triangles that use one vertex twice |
 /// | `double-curves-ignored` | a second curve for one node and property |
 /// | `empty-primitive` | a primitive without triangles |

@@ -37,11 +37,6 @@ pub(crate) fn read_gltf(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<
     let mut warnings = Warnings::default();
     let container = container::split_container(asset, bytes)?;
     let root = document::parse_document(asset, container.json, &mut warnings)?;
-    if let Some(copyright) = root.asset.copyright.as_deref().filter(|text| !text.trim().is_empty()) {
-        let message =
-            format!("`{}`: packs and exports do not say it; keep it beside them", crate::names::shorten(copyright));
-        warnings.add("copyright-not-kept", "asset", 1, message);
-    }
     let folder = Folder::of(asset)?;
     let buffers = buffers::Buffers::new(asset, &root, &folder, container.bin);
     let tree = nodes::order_nodes(asset, &root, &mut warnings)?;

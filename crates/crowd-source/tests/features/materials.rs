@@ -293,12 +293,10 @@ fn what_nothing_reads_is_named() {
     let mut doc = textured(json!({"index": 0}));
     let other = doc.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"].clone();
     doc.json["meshes"][0]["primitives"][0]["attributes"]["_WIND"] = other;
-    doc.json["asset"]["copyright"] = json!("CC-BY A. Person");
     let character = doc.load();
     let ignored = warning(&character, "attributes-ignored").unwrap();
     assert_eq!(ignored.count, 2);
     assert!(ignored.message.contains("TEXCOORD_1") && ignored.message.contains("_WIND"), "{}", ignored.message);
-    assert!(warning(&character, "copyright-not-kept").unwrap().message.contains("CC-BY A. Person"));
     let material = &mut doc.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
     material["texCoord"] = json!(1);
     assert!(warning(&doc.load(), "attributes-ignored").unwrap().message.contains("TEXCOORD_0"));
