@@ -144,6 +144,17 @@ fn fading(vertex: MeshVertex, owner: Owner) -> FadingSurface {
     );
 }
 
+// Mean of light_at over normals whose mean is given: the shorter it is, the farther they lie apart. What of it is linear, the mean has; the
+// sun's share of a normal never falls below zero, so its mean is that of the positive part of a number with this mean and a third of the
+// normals' variance (a bell curve's, to a hundredth or two: half of c + sqrt(c^2 + 2 v / pi)). A unit normal gives light_at.
+fn mean_light(mean_normal: vec3f, share: f32) -> vec3f {
+    let variance = max(0.0, 1.0 - dot(mean_normal, mean_normal)) / 3.0;
+    let towards = dot(mean_normal, SUN_DIRECTION);
+    let sunlit = 0.5 * (towards + sqrt(towards * towards + variance * (2.0 / PI)));
+    let ambient = mix(GROUND_AMBIENT, SKY_AMBIENT, mean_normal.y * 0.5 + 0.5);
+    return (ambient + SUN_COLOR * (sunlit * share)) * EXPOSURE;
+}
+
 // Colour and coverage of a texel, lit.
 fn impostor_at(texel: vec2f, across: vec2f, down: vec2f, tile: vec3u, look: vec4f, world_position: vec3f) -> vec4f {
     let dx = across * FINER;
@@ -161,7 +172,7 @@ fn impostor_at(texel: vec2f, across: vec2f, down: vec2f, tile: vec3u, look: vec4
     let length = length(turned);
     let normal = select(vec3f(0.0, 1.0, 0.0), turned / length, length > 1e-3);
     // The flat picture stands in the shadow of its own body: look where that ends.
-    let light = light_at(normal, sun_share(world_position + SUN_DIRECTION * look.w, normal));
+    let light = mean_light(turned, sun_share(world_position + SUN_DIRECTION * look.w, normal));
     let base = color.rgb / max(color.a, 1.0 / 255.0) * mix(vec3f(1.0), light, stored.a);
     return vec4f(through_fog(base, distance(world_position, config.eye), config.fog_per_m), color.a);
 }

@@ -183,3 +183,18 @@ fn a_camera_path_moves_the_camera() {
     let frame = |i: u32| image::open(scene.file(&format!("f-{i}.png"))).unwrap().to_rgb8();
     assert!(!Difference::between(&frame(0), &frame(1)).is_within(&BOUND));
 }
+
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: needs an adapter")]
+fn one_person_is_drawn_by_every_technique() {
+    let scene = Scene::new();
+    let words = |more: &[&'static str]| [&["--size", "64x64", "--count", "1", "--backend", "gpu"], more].concat();
+    let full = scene.picture(&words(&["--technique", "instanced"]));
+    for technique in ["pseudo-instancing", "discrete", "reform", "static-floor", "points", "bucketed"] {
+        let picture = scene.picture(&words(&["--technique", technique]));
+        assert_eq!(picture.dimensions(), full.dimensions(), "{technique}");
+        let differing = picture.pixels().zip(full.pixels()).filter(|(a, b)| a != b).count();
+        assert!(differing < 64, "{technique}: {differing} pixels of one person near by");
+    }
+    assert!(scene.picture(&words(&["--skinning", "compute", "--shadows", "2", "--occlusion", "on"])).width() == 64);
+}

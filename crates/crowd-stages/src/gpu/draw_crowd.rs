@@ -213,7 +213,7 @@ impl DrawCrowd {
         slot_instances: &wgpu::Buffer,
         bases: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
-        let none = &frame.choices;
+        let none = &frame.nothing;
         bind_crowd(&self.device, &self.layouts.crowd, crowd, frame, [slot_instances, bases, none, none])
     }
 
@@ -225,8 +225,8 @@ impl DrawCrowd {
         palettes: &wgpu::Buffer,
         skinned: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
-        let none = &frame.choices;
-        bind_crowd(&self.device, &self.layouts.crowd, crowd, frame, [none, &frame.bases_of_none, palettes, skinned])
+        let none = &frame.nothing;
+        bind_crowd(&self.device, &self.layouts.crowd, crowd, frame, [none, none, palettes, skinned])
     }
 
     /// Begins the pass into a `color` of the size that [`Self::fit_targets`] was given last, and draws the backdrop.

@@ -165,7 +165,7 @@ impl Shadows {
                 config,
                 step,
                 select: bound,
-                crowd: draw.bind(c, &frame, &f.choices, &f.bases_of_none),
+                crowd: draw.bind(c, &frame, &f.choices, &f.nothing),
                 target: light.map.create_view(&wgpu::TextureViewDescriptor {
                     dimension: Some(wgpu::TextureViewDimension::D2),
                     base_array_layer: number,

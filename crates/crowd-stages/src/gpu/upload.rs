@@ -409,6 +409,9 @@ impl LevelTables {
     }
 }
 
+/// More than one element of any array that a shader may be bound to and not read.
+const WORDS_OF_NOTHING: u64 = 16;
+
 /// What all techniques share of a frame.
 #[derive(Clone)]
 pub(crate) struct FrameBuffers {
@@ -424,8 +427,8 @@ pub(crate) struct FrameBuffers {
     pub(crate) block_counts: wgpu::Buffer,
     pub(crate) fill: wgpu::Buffer,
     pub(crate) choices: wgpu::Buffer,
-    /// Bound where a technique has no places in a vertex list.
-    pub(crate) bases_of_none: wgpu::Buffer,
+    /// Zeros for bindings that a pipeline has and does not read: one element of any of them.
+    pub(crate) nothing: wgpu::Buffer,
     pub(crate) totals: wgpu::Buffer,
 }
 
@@ -453,7 +456,7 @@ impl FrameBuffers {
             )?,
             fill: up.empty::<FillState>("fill state", 1, written, fewer)?,
             choices: up.empty::<LodChoice>("choices", n, written, fewer)?,
-            bases_of_none: up.empty::<InstanceBase>("no bases", 1, written, fewer)?,
+            nothing: up.empty::<u32>("nothing", WORDS_OF_NOTHING, written, fewer)?,
             totals: up.empty::<FrameTotals>("totals", 1, written | Usage::COPY_DST, fewer)?,
         })
     }

@@ -34,7 +34,7 @@ impl Bucketed {
     pub(crate) fn new(workshop: Workshop<'_, '_>) -> Result<Self> {
         let Workshop { up, crowd, frame, draw, options } = workshop;
         let draws = BucketDraws::new(up, crowd, frame, options, &frame.sums)?;
-        let bound = draw.bind(crowd, frame, &frame.choices, &frame.bases_of_none);
+        let bound = draw.bind(crowd, frame, &frame.choices, &frame.nothing);
         let pipeline = draw.pipeline_with("bucketed", &BucketDraws::INPUTS);
         let morphing = draw.pipeline_with("bucketed_morphing", &BucketDraws::MORPHING_INPUTS);
         let dots = draw.dots_pipeline(&BucketDraws::INPUTS);

@@ -36,7 +36,7 @@ impl Discrete {
             &levels,
             draws.keys(),
         );
-        let bound = draw.bind(crowd, frame, &frame.choices, &frame.bases_of_none);
+        let bound = draw.bind(crowd, frame, &frame.choices, &frame.nothing);
         Ok(Self {
             draws,
             cull_by_depth: (cull, cull_bound),

@@ -19,7 +19,7 @@ impl Instanced {
         let Workshop { up, crowd, frame, draw, options } = workshop;
         let no_sums = up.empty::<WeightSums>("no sums", 1, Usage::STORAGE, "draw fewer instances")?;
         let draws = BucketDraws::new(up, crowd, frame, options, &no_sums)?;
-        let bound = draw.bind(crowd, frame, &frame.choices, &frame.bases_of_none);
+        let bound = draw.bind(crowd, frame, &frame.choices, &frame.nothing);
         Ok(Self { draws, pipeline: draw.pipeline_with("bucketed", &BucketDraws::INPUTS), bound })
     }
 }

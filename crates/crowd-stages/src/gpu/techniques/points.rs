@@ -39,7 +39,7 @@ impl Points {
             key_points: (key, key_bound),
             meshes: draw.pipeline_with("bucketed", &BucketDraws::INPUTS),
             points: draw.points_pipeline(&BucketDraws::INPUTS),
-            bound: draw.bind(crowd, frame, &frame.choices, &frame.bases_of_none),
+            bound: draw.bind(crowd, frame, &frame.choices, &frame.nothing),
         })
     }
 }

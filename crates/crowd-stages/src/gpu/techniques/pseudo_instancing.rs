@@ -17,7 +17,7 @@ impl PseudoInstancing {
         let Workshop { crowd, frame, draw, .. } = workshop;
         Self {
             pipeline: draw.pipeline_with("full_detail", &[Some(MESH_LAYOUT)]),
-            bound: draw.bind(crowd, frame, &frame.choices, &frame.bases_of_none),
+            bound: draw.bind(crowd, frame, &frame.choices, &frame.nothing),
         }
     }
 }

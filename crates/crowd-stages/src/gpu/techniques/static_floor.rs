@@ -113,7 +113,7 @@ impl StaticFloor {
         };
         Self {
             pipeline: draw.pipeline_with("placed", &[Some(layout)]),
-            bound: draw.bind(crowd, frame, &frame.choices, &frame.bases_of_none),
+            bound: draw.bind(crowd, frame, &frame.choices, &frame.nothing),
             floor: None,
         }
     }
