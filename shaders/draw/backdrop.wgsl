@@ -6,6 +6,9 @@
 // Ground beyond the far plane is still drawn, at the largest depth below 1.
 const FARTHEST: f32 = 0.99999994;
 
+// Depth is 1 near and 0 far.
+override REVERSED: bool = false;
+
 @vertex
 fn cover(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4f {
     let corner = vec2f(f32((vertex << 1u) & 2u), f32(vertex & 2u));
@@ -59,18 +62,20 @@ fn ground_color(p: vec2f, foot: vec2f, distance_m: f32, shade: vec3f) -> vec3f {
 fn backdrop(@builtin(position) pixel: vec4f) -> Backdrop {
     let ndc = vec2f(pixel.x / draw.width_px * 2.0 - 1.0, 1.0 - pixel.y / draw.height_px * 2.0);
     let d = draw.ray_x * ndc.x + draw.ray_y * ndc.y + draw.ray_w;
+    let nothing = select(1.0, 0.0, REVERSED);
     if !(dot(d, d) > 0.0) {
-        return Backdrop(vec4f(SKY_HORIZON, 1.0), 1.0);
+        return Backdrop(vec4f(SKY_HORIZON, 1.0), nothing);
     }
     let t = (GROUND_Y_M - config.eye.y) / d.y;
     if d.y == 0.0 || !(t > 0.0) {
-        return Backdrop(vec4f(sky_color(d), 1.0), 1.0);
+        return Backdrop(vec4f(sky_color(d), 1.0), nothing);
     }
     let p = config.eye + t * d;
     let clip = config.clip_from_world * vec4f(p, 1.0);
-    let depth = min(clip.z / clip.w, FARTHEST);
-    if !(depth >= 0.0) {
-        return Backdrop(vec4f(sky_color(d), 1.0), 1.0);
+    let at = clip.z / clip.w;
+    let depth = select(min(at, FARTHEST), max(at, 1.0 - FARTHEST), REVERSED);
+    if !select(depth >= 0.0, depth <= 1.0, REVERSED) {
+        return Backdrop(vec4f(sky_color(d), 1.0), nothing);
     }
     let dx = draw.ray_x * (2.0 / draw.width_px);
     let dy = draw.ray_y * (-2.0 / draw.height_px);

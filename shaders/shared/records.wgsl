@@ -294,6 +294,10 @@ struct PyramidConfig {
     height_px: u32,
     sample_count: u32,
     level_count: u32,
+    reversed: u32,
+    reserved_a: u32,
+    reserved_b: u32,
+    reserved_c: u32,
     levels: array<PyramidLevel, PYRAMID_LEVELS>,
 }
 

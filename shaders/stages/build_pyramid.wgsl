@@ -7,14 +7,19 @@
 @group(0) @binding(3) var depth: texture_depth_2d;
 @group(0) @binding(4) var depth_samples: texture_depth_multisampled_2d;
 
+// 0 near, 1 far, whichever way the texture has it.
+fn ascending(depth: f32) -> f32 {
+    return select(depth, 1.0 - depth, pyramid.reversed != 0u);
+}
+
 fn depth_of(x: u32, y: u32) -> f32 {
-    return textureLoad(depth, vec2u(x, y), 0);
+    return ascending(textureLoad(depth, vec2u(x, y), 0));
 }
 
 fn depth_of_samples(x: u32, y: u32) -> f32 {
     var most = 0.0;
     for (var s = 0u; s < pyramid.sample_count; s++) {
-        most = max(most, textureLoad(depth_samples, vec2u(x, y), s));
+        most = max(most, ascending(textureLoad(depth_samples, vec2u(x, y), s)));
     }
     return most;
 }

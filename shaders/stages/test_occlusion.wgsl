@@ -35,7 +35,8 @@ fn is_occluded(instance: InstanceRecord) -> bool {
         }
         let ndc = clip.xyz / clip.w;
         let px = vec2f(ndc.x * 0.5 + 0.5, 0.5 - ndc.y * 0.5) * size_px;
-        least = min(least, vec3f(px, ndc.z));
+        let depth = select(ndc.z, 1.0 - ndc.z, pyramid.reversed != 0u);
+        least = min(least, vec3f(px, depth));
         most = max(most, px);
     }
     let first = vec2u(clamp(least.xy - SLACK_PX, vec2f(0.0), size_px - 1.0));

@@ -95,9 +95,9 @@ fn paint(width: u32, height: u32, samples: u32) -> wgpu::TextureView {
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
 fn pyramids_agree_for_odd_sizes_and_several_samples() {
     let stage = BuildPyramid::new(&gpu::device().0);
-    for samples in [1, 4] {
+    for (samples, reversed) in [(1, 0), (4, 0), (1, 1), (4, 1)] {
         for (width, height) in SIZES {
-            let config = PyramidConfig::new(width, height, samples);
+            let config = PyramidConfig { reversed, ..PyramidConfig::new(width, height, samples) };
             let farthest = gpu::output::<f32>(config.number_count() as usize);
             let depth = paint(width, height, samples);
             let bound = stage.bind(&gpu::device().0, config, &gpu::uniform(&config), &farthest, &depth);

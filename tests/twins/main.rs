@@ -8,6 +8,7 @@ mod cell_boids;
 mod crowded_joints;
 mod cull_by_depth;
 mod cull_instances;
+mod embedding;
 mod feeds;
 mod fill_budget;
 mod fill_cells;

@@ -44,6 +44,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "shadows",
         "skinning_trial",
         "stage_recorder",
+        "targets",
         "upload",
         "vertex_inputs",
     ];
@@ -51,6 +52,7 @@ fn every_stage_has_a_shader_a_twin_a_dispatch_and_a_test() {
         "main",
         "cases",
         "crowded_joints",
+        "embedding",
         "feeds",
         "flocks",
         "memory",

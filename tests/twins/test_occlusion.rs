@@ -84,6 +84,18 @@ fn the_test_agrees_in_a_street() {
     let count = |word: u32| expected.1[1..].iter().filter(|found| **found == word).count();
     let kinds = [sight::SEEN | sight::DRAWN, sight::HIDDEN | sight::DRAWN, sight::HIDDEN, 0].map(count);
     assert!(kinds.iter().all(|count| *count > 20), "each outcome is worth testing: {kinds:?}");
+
+    // A camera whose depth is 1 near and 0 far: the pyramid is the same, and so is the outcome.
+    let mut reversed = scene;
+    reversed.pyramid.reversed = 1;
+    for column in &mut reversed.case.config.clip_from_world {
+        column[2] = column[3] - column[2];
+    }
+    let turned = on_cpu(&reversed);
+    assert_eq!(difference(&reversed, &on_gpu(&reversed), &turned), None);
+    assert_eq!(difference(&reversed, &turned, &expected), None);
+    reversed.pyramid.reversed = 0;
+    assert!(difference(&reversed, &on_cpu(&reversed), &expected).is_some(), "it has to be told");
 }
 
 #[test]

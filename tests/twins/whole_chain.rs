@@ -17,6 +17,8 @@ pub const OPTIONS: RendererOptions = RendererOptions {
     max_triangles: 8_000_000,
     color_format: Picture::FORMAT,
     sample_count: 1,
+    depth_format: wgpu::TextureFormat::Depth32Float,
+    reverse_z: false,
 };
 
 pub fn draw(

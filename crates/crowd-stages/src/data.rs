@@ -62,8 +62,8 @@ pub enum Error {
         /// Index of the character.
         character: usize,
     },
-    /// The device lacks a feature that a technique cannot do without.
-    #[error("{technique}: the adapter does not offer {feature}; {remedy}")]
+    /// The device was made without a feature that a technique cannot do without.
+    #[error("{technique}: the device was made without {feature}; {remedy}")]
     Feature {
         /// Which asked for it.
         technique: Technique,
@@ -71,6 +71,28 @@ pub enum Error {
         feature: &'static str,
         /// What the user can do.
         remedy: &'static str,
+    },
+    /// What is drawn into is not what the renderer was made for.
+    #[error("{what}: found {found}, allowed {allowed}; {remedy}")]
+    Target {
+        /// Which.
+        what: &'static str,
+        /// Found.
+        found: String,
+        /// Allowed.
+        allowed: String,
+        /// What the user can do.
+        remedy: &'static str,
+    },
+    /// A camera's depth goes the other way than the renderer's.
+    #[error(
+        "clip_from_world: found depth {found}, allowed {allowed}, as the renderer was made; RendererOptions::reverse_z says which (true: 1 near and 0 far)"
+    )]
+    DepthRange {
+        /// Found.
+        found: &'static str,
+        /// Allowed.
+        allowed: &'static str,
     },
     /// A frame of the static floor was asked for that nobody baked.
     #[error("static-floor: no frame is baked; call bake_floor before")]

@@ -14,7 +14,6 @@ pub enum Technique {
     /// (Park & Han 2009).
     Discrete,
     /// B3: per-frame triangle reformation into one index buffer, one indirect draw (Peng 2011 §5, Dong 2019 §5.3).
-    #[default]
     Reform,
     /// B4: the triangles that [`Self::Bucketed`] would draw, placed beforehand: what drawing alone costs. Each frame is baked
     /// by [`crate::gpu::CrowdRenderer::bake_floor`] first.
@@ -24,6 +23,7 @@ pub enum Technique {
     Points,
     /// Ours: instances sorted by character and quantised level, one indirect draw for each of those from index tables in
     /// cache order; nothing is written per triangle.
+    #[default]
     Bucketed,
 }
 

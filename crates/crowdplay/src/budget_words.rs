@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use crowd_stages::BudgetIn;
 
 /// `--steady` unless given: at least 99 % of the budget is used.
-pub const STEADY_PERCENT: f32 = 0.9;
+pub use crowd_stages::STEADY_PERCENT;
 
 /// Words beside `--budget`.
 #[derive(Debug, Clone, clap::Args)]

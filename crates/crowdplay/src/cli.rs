@@ -15,10 +15,10 @@ use values::{
 };
 
 /// `--dots` unless given.
-pub const DOTS_PX: f32 = 12.0;
+pub const DOTS_PX: f32 = crowd_stages::STAND_IN_PX;
 
 /// `--impostors` unless given.
-pub const IMPOSTORS_PX: f32 = 12.0;
+pub const IMPOSTORS_PX: f32 = crowd_stages::STAND_IN_PX;
 
 /// `--fade` unless given.
 pub const FADE_S: f32 = 0.3;

@@ -38,7 +38,7 @@ pub enum Error {
         problem: String,
     },
     /// The crowd could not be set up.
-    #[error("{0}")]
+    #[error("{}", stages_words(.0))]
     Stages(#[from] crowd_stages::Error),
     /// An option's value does not fit the pack or the other options.
     #[error("{option}: found {found}, allowed {allowed}")]
@@ -113,6 +113,17 @@ fn pack_words(path: &std::path::Path, source: &crowd_pack::Error) -> String {
     }
 }
 
+/// The library's word, or where that is about calls, what it means for who typed a command.
+fn stages_words(error: &crowd_stages::Error) -> String {
+    match error {
+        // Devices are made here, with all that the adapter offers.
+        crowd_stages::Error::Feature { technique, feature, .. } => {
+            format!("{technique}: the adapter does not offer {feature}; use --technique reform")
+        }
+        _ => error.to_string(),
+    }
+}
+
 /// Done.
 pub const EXIT_DONE: u8 = 0;
 /// Input refused: pack, layout, camera path.
@@ -163,6 +174,15 @@ mod tests {
         ] {
             assert!(words(path).contains(command), "{}", words(path));
         }
+    }
+
+    #[test]
+    fn a_missing_feature_is_the_adapters_here_and_the_devices_in_the_library() {
+        let technique = crowd_stages::Technique::Bucketed;
+        let lacks = crowd_stages::Error::Feature { technique, feature: "F", remedy: "ask for it" };
+        assert_eq!(lacks.to_string(), "bucketed: the device was made without F; ask for it");
+        let words = Error::Stages(lacks).to_string();
+        assert_eq!(words, "bucketed: the adapter does not offer F; use --technique reform");
     }
 
     #[test]

@@ -83,7 +83,14 @@ impl CrowdNeeds {
         let [max_vertices, max_triangles] =
             self.at(budget).map(|count| u32::try_from(count).unwrap_or(u32::MAX).max(1));
         let max_instances = self.instances;
-        let options = RendererOptions { max_instances, max_vertices, max_triangles, color_format, sample_count };
+        let options = RendererOptions {
+            max_instances,
+            max_vertices,
+            max_triangles,
+            color_format,
+            sample_count,
+            ..RendererOptions::default()
+        };
         options.clamped_to(&device.limits())
     }
 }

@@ -4,7 +4,7 @@ use crate::PyramidConfig;
 
 /// The pyramid over a picture's depth, all levels in one list as `config` has them.
 ///
-/// `depth`: samples of a pixel together, pixels by rows, 0 near to 1 far. A number is the largest depth in its block of
+/// `depth`: samples of a pixel together, pixels by rows, 0 near to 1 far, or 1 near to 0 far where `config` says so. A number is the largest depth in its block of
 /// `2^(level + 1)` pixels a side; blocks at the right and lower rim have fewer.
 ///
 /// Paper: Greene, Kass & Miller 1993 (hierarchical Z). Departs: the picture is not stretched to a power of two, blocks are cut
@@ -24,7 +24,8 @@ pub fn build_pyramid(config: &PyramidConfig, depth: &[f32]) -> Vec<f32> {
                     return farthest[(levels[k - 1].offset + from) as usize];
                 }
                 let samples = config.sample_count as usize;
-                depth[from as usize * samples..][..samples].iter().copied().fold(0.0, f32::max)
+                let ascending = |depth: &f32| if config.reversed != 0 { 1.0 - depth } else { *depth };
+                depth[from as usize * samples..][..samples].iter().map(ascending).fold(0.0, f32::max)
             });
             farthest[(level.offset + i) as usize] = block.into_iter().fold(0.0, f32::max);
         }

@@ -49,7 +49,8 @@ pub fn screen_box(
         }
         let ndc = clip.truncate() / clip.w;
         let px = Vec2::new(ndc.x * 0.5 + 0.5, 0.5 - ndc.y * 0.5) * size_px;
-        all = ScreenBox { least: all.least.min(px), most: all.most.max(px), nearest: all.nearest.min(ndc.z) };
+        let depth = if pyramid.reversed != 0 { 1.0 - ndc.z } else { ndc.z };
+        all = ScreenBox { least: all.least.min(px), most: all.most.max(px), nearest: all.nearest.min(depth) };
     }
     Some(all)
 }

@@ -1,10 +1,12 @@
-//! The draw: sky and ground, then the crowd, into a colour view with the renderer's own depth.
+//! The draw: sky and ground, then the crowd, into a colour view with the renderer's own depth; or the crowd alone into an engine's.
 
 use super::allocate::texture_or_error;
 use super::kernel::{Use, buffer_entry, fetches_from_storage, with_stored_frames};
 use super::lit::{Lit, has_shadows};
+use super::renderer::RendererOptions;
 use super::shadows::light_layout;
 use super::stage_recorder::DrawStamps;
+use super::targets::{Attachments, DepthWay};
 use super::upload::{CrowdBuffers, FrameBuffers};
 use crate::Result;
 
@@ -49,7 +51,8 @@ pub(crate) struct DrawCrowd {
     joint_storages: f64,
     color_format: wgpu::TextureFormat,
     sample_count: u32,
-    targets: Option<Targets>,
+    depth: DepthWay,
+    targets: Option<OwnTargets>,
 }
 
 /// Which passes a frame is drawn in.
@@ -64,7 +67,7 @@ pub(crate) enum Part {
 }
 
 /// Textures of the picture's size.
-struct Targets {
+struct OwnTargets {
     size: (u32, u32),
     reads_depth: bool,
     depth: wgpu::TextureView,
@@ -76,11 +79,12 @@ impl DrawCrowd {
         device: &wgpu::Device,
         frame: &FrameBuffers,
         joint_storages: u32,
-        color_format: wgpu::TextureFormat,
-        sample_count: u32,
+        options: &RendererOptions,
     ) -> Self {
         let layouts = Layouts::new(device);
-        let shape = Shape { color_format: Some(color_format), sample_count, ..Shape::of(device) };
+        let RendererOptions { color_format, sample_count, .. } = *options;
+        let depth = DepthWay::of(options);
+        let shape = Shape { color_format: Some(color_format), sample_count, depth, ..Shape::of(device) };
         Self {
             device: device.clone(),
             backdrop: lit_backdrop(&shape, [layouts.backdrop.clone(), layouts.light.clone()]),
@@ -93,6 +97,7 @@ impl DrawCrowd {
             joint_storages: joint_storages.into(),
             color_format,
             sample_count,
+            depth,
             targets: None,
         }
     }
@@ -135,13 +140,12 @@ impl DrawCrowd {
             [&self.layouts.crowd, &self.layouts.light].into_iter().chain(more).cloned().collect();
         let constants = [constants, &[self.storages()]].concat();
         let (device, module, buffers) = (self.device.clone(), self.crowd_module.clone(), buffers.to_vec());
-        let (color_format, sample_count) = (Some(self.color_format), self.sample_count);
+        let (color_format, sample_count, depth) = (Some(self.color_format), self.sample_count, self.depth);
         Lit::new(move |shows_shadows| {
-            let shape = Shape { color_format, sample_count, topology, ..Shape::of(&device) };
+            let shape = Shape { color_format, sample_count, depth, topology, ..Shape::of(&device) };
             let layouts: Vec<&wgpu::BindGroupLayout> = layouts.iter().collect();
             let constants = [&constants[..], &[has_shadows(shows_shadows)]].concat();
-            let less = wgpu::CompareFunction::Less;
-            shape.pipeline(&layouts, &module, vertex, Some(fragment), less, &buffers, &constants)
+            shape.pipeline(&layouts, &module, vertex, Some(fragment), depth.nearer(), &buffers, &constants)
         })
     }
 
@@ -166,8 +170,8 @@ impl DrawCrowd {
     }
 
     fn shape(&self) -> Shape<'_> {
-        let Self { device, color_format, sample_count, .. } = self;
-        Shape { color_format: Some(*color_format), sample_count: *sample_count, ..Shape::of(device) }
+        let Self { device, color_format, sample_count, depth, .. } = self;
+        Shape { color_format: Some(*color_format), sample_count: *sample_count, depth: *depth, ..Shape::of(device) }
     }
 
     /// The layout of bind group 1.
@@ -183,7 +187,7 @@ impl DrawCrowd {
             &self.crowd_module,
             "dots",
             Some("shade_dot"),
-            wgpu::CompareFunction::Less,
+            self.depth.nearer(),
             buffers,
             &[self.storages()],
         )
@@ -229,39 +233,51 @@ impl DrawCrowd {
         bind_crowd(&self.device, &self.layouts.crowd, crowd, frame, [none, none, palettes, skinned])
     }
 
-    /// Begins the pass into a `color` of the size that [`Self::fit_targets`] was given last, and draws the backdrop.
+    /// The renderer's own depth texture.
+    pub(crate) fn own_depth(&self) -> &wgpu::TextureView {
+        &self.targets.as_ref().expect("fit_targets comes first").depth
+    }
+
+    /// The renderer's own targets with a `color` of the size that [`Self::fit_targets`] was given last.
+    pub(crate) fn own_attachments<'a>(&'a self, color: &'a wgpu::TextureView) -> Attachments<'a> {
+        let OwnTargets { depth, multisampled, .. } = self.targets.as_ref().expect("fit_targets comes first");
+        match multisampled {
+            Some(samples) => Attachments { color: samples, resolve: Some(color), depth, are_hosts: false },
+            None => Attachments { color, resolve: None, depth, are_hosts: false },
+        }
+    }
+
+    /// Begins the pass, and draws the backdrop into the renderer's own targets.
     /// `light`: of [`super::shadows::Light`]; `shows_shadows`: it has maps. `part`: one that is not the first goes on where the one before ended, without a backdrop.
     pub(crate) fn begin<'e>(
         &self,
         encoder: &'e mut wgpu::CommandEncoder,
-        color: &wgpu::TextureView,
+        into: &Attachments<'_>,
         stamps: Option<DrawStamps>,
         part: Part,
         light: &wgpu::BindGroup,
         shows_shadows: bool,
     ) -> wgpu::RenderPass<'e> {
-        let targets = self.targets.as_ref().expect("fit_targets comes first");
         let goes_on = part == Part::First;
-        let (view, resolve_target, store) = match &targets.multisampled {
-            Some(view) if goes_on => (view, None, wgpu::StoreOp::Store),
-            Some(view) => (view, Some(color), wgpu::StoreOp::Discard),
-            None => (color, None, wgpu::StoreOp::Store),
+        let begins = part != Part::Last && !into.are_hosts;
+        let resolve_target = into.resolve.filter(|_| !goes_on);
+        let (color_load, depth_load) = match begins {
+            false => (wgpu::LoadOp::Load, wgpu::LoadOp::Load),
+            true => (wgpu::LoadOp::Clear(wgpu::Color::BLACK), wgpu::LoadOp::Clear(self.depth.farthest())),
         };
-        let (color_load, depth_load) = match part {
-            Part::Last => (wgpu::LoadOp::Load, wgpu::LoadOp::Load),
-            Part::First | Part::Only => (wgpu::LoadOp::Clear(wgpu::Color::BLACK), wgpu::LoadOp::Clear(1.0)),
-        };
-        let depth_store = if goes_on { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
+        let keeps = |is_wanted: bool| if is_wanted { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
+        let store = keeps(into.are_hosts || resolve_target.is_none());
+        let depth_store = keeps(into.are_hosts || goes_on);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("draw"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view,
+                view: into.color,
                 depth_slice: None,
                 resolve_target,
                 ops: wgpu::Operations { load: color_load, store },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &targets.depth,
+                view: into.depth,
                 depth_ops: Some(wgpu::Operations { load: depth_load, store: depth_store }),
                 stencil_ops: None,
             }),
@@ -273,17 +289,12 @@ impl DrawCrowd {
             ..Default::default()
         });
         pass.set_bind_group(1, light, &[]);
-        if part != Part::Last {
+        if begins {
             pass.set_pipeline(self.backdrop.of(shows_shadows));
             pass.set_bind_group(0, &self.backdrop_bound, &[]);
             pass.draw(0..3, 0..1);
         }
         pass
-    }
-
-    /// The depth texture of the picture's size.
-    pub(crate) fn depth(&self) -> &wgpu::TextureView {
-        &self.targets.as_ref().expect("fit_targets comes first").depth
     }
 
     /// Makes the textures of the picture's size, unless they are there. `reads_depth`: a later stage will.
@@ -296,7 +307,9 @@ impl DrawCrowd {
         self.targets = None;
         let samples = u64::from(size.0) * u64::from(size.1) * u64::from(self.sample_count);
         let texture = |label, format: wgpu::TextureFormat| {
-            let bytes = samples * u64::from(format.block_copy_size(None).unwrap_or(4));
+            let is_depth = format == self.depth.format;
+            let bytes =
+                samples * if is_depth { self.depth.bytes() } else { format.block_copy_size(None).unwrap_or(4).into() };
             let descriptor = wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
@@ -305,7 +318,7 @@ impl DrawCrowd {
                 dimension: wgpu::TextureDimension::D2,
                 format,
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-                    | if format == DEPTH && reads_depth {
+                    | if is_depth && reads_depth {
                         wgpu::TextureUsages::TEXTURE_BINDING
                     } else {
                         wgpu::TextureUsages::empty()
@@ -316,7 +329,8 @@ impl DrawCrowd {
             Ok(texture.create_view(&Default::default()))
         };
         let multisampled = (self.sample_count > 1).then(|| texture("multisampled", self.color_format)).transpose()?;
-        self.targets = Some(Targets { size, reads_depth, depth: texture("depth", DEPTH)?, multisampled });
+        let depth = texture("depth", self.depth.format)?;
+        self.targets = Some(OwnTargets { size, reads_depth, depth, multisampled });
         Ok(())
     }
 
@@ -325,7 +339,7 @@ impl DrawCrowd {
         let Some(targets) = &self.targets else { return 0 };
         let samples = u64::from(targets.size.0) * u64::from(targets.size.1) * u64::from(self.sample_count);
         let color_bytes = u64::from(self.color_format.block_copy_size(None).unwrap_or(4));
-        samples * (4 + if self.sample_count > 1 { color_bytes } else { 0 })
+        samples * (self.depth.bytes() + if self.sample_count > 1 { color_bytes } else { 0 })
     }
 }
 
@@ -389,12 +403,12 @@ impl Layouts {
 
 fn lit_backdrop(shape: &Shape<'_>, layouts: [wgpu::BindGroupLayout; 2]) -> Lit {
     let module = shape.module("backdrop", backdrop_source());
-    let Shape { color_format, sample_count, .. } = *shape;
+    let Shape { color_format, sample_count, depth, .. } = *shape;
     let device = shape.device.clone();
     Lit::new(move |shows_shadows| {
-        let shape = Shape { color_format, sample_count, ..Shape::of(&device) };
+        let shape = Shape { color_format, sample_count, depth, ..Shape::of(&device) };
         let always = wgpu::CompareFunction::Always;
-        let constants = [has_shadows(shows_shadows)];
+        let constants = [has_shadows(shows_shadows), ("REVERSED", u8::from(depth.reversed).into())];
         shape.pipeline(&layouts.each_ref(), &module, "cover", Some("backdrop"), always, &[], &constants)
     })
 }
@@ -456,6 +470,7 @@ struct Shape<'a> {
     /// `None` draws depth alone.
     color_format: Option<wgpu::TextureFormat>,
     sample_count: u32,
+    depth: DepthWay,
     bias: wgpu::DepthBiasState,
     topology: wgpu::PrimitiveTopology,
 }
@@ -464,7 +479,8 @@ impl<'a> Shape<'a> {
     /// Depth of triangles, one sample a pixel.
     fn of(device: &'a wgpu::Device) -> Self {
         let topology = wgpu::PrimitiveTopology::TriangleList;
-        Self { device, color_format: None, sample_count: 1, bias: Default::default(), topology }
+        let depth = DepthWay::OF_MAPS;
+        Self { device, color_format: None, sample_count: 1, depth, bias: Default::default(), topology }
     }
 
     fn module(&self, label: &str, source: String) -> wgpu::ShaderModule {
@@ -502,13 +518,7 @@ impl<'a> Shape<'a> {
             },
             // No culling by the hardware: whether a back face is drawn differs from material to material.
             primitive: wgpu::PrimitiveState { topology: self.topology, cull_mode: None, ..Default::default() },
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(depth_compare),
-                stencil: Default::default(),
-                bias: self.bias,
-            }),
+            depth_stencil: Some(self.depth.state(depth_compare, self.bias)),
             multisample: wgpu::MultisampleState { count: self.sample_count, ..Default::default() },
             fragment: fragment.map(|entry_point| wgpu::FragmentState {
                 module,

@@ -1,7 +1,8 @@
 //! What is shown besides the crowd: by a reference camera culled instances as dots and the frustum's edges, by views tags.
 
-use super::draw_crowd::DEPTH;
 use super::kernel::{Use, buffer_entry};
+use super::renderer::RendererOptions;
+use super::targets::DepthWay;
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::{CrowdBounds, DrawConfig, FrameConfig, MarkConfig, Result, View};
 use glam::{Mat4, Vec3};
@@ -32,12 +33,9 @@ const TAG_VERTICES: u32 = 6;
 
 impl DrawMarks {
     /// `light`: the layout of bind group 1, which the pass has set.
-    pub(crate) fn new(
-        up: &mut Uploader<'_>,
-        color_format: wgpu::TextureFormat,
-        sample_count: u32,
-        light: &wgpu::BindGroupLayout,
-    ) -> Result<Self> {
+    pub(crate) fn new(up: &mut Uploader<'_>, options: &RendererOptions, light: &wgpu::BindGroupLayout) -> Result<Self> {
+        let RendererOptions { color_format, sample_count, .. } = *options;
+        let depth = DepthWay::of(options);
         let device = up.device;
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let config = up.empty::<MarkConfig>("marks", 1, usage, "draw no marks")?;
@@ -64,13 +62,7 @@ impl DrawMarks {
                     buffers: &[],
                 },
                 primitive: Default::default(),
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: DEPTH,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Less),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
+                depth_stencil: Some(depth.state(depth.nearer(), Default::default())),
                 multisample: wgpu::MultisampleState { count: sample_count, ..Default::default() },
                 fragment: Some(wgpu::FragmentState {
                     module: &module,

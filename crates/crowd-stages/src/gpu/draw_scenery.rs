@@ -1,9 +1,10 @@
 //! Ground and walls around the crowd: one indexed draw after the backdrop.
 
-use super::draw_crowd::DEPTH;
 use super::kernel::{Use, buffer_entry};
 use super::lit::{Lit, has_shadows};
+use super::renderer::RendererOptions;
 use super::shadows::caster_bias;
+use super::targets::DepthWay;
 use super::upload::Uploader;
 use crate::{Error, Result, SceneryVertex};
 use std::mem::size_of;
@@ -40,8 +41,7 @@ impl DrawScenery {
         config: &wgpu::Buffer,
         vertices: &[SceneryVertex],
         triangles: &[[u32; 3]],
-        color_format: wgpu::TextureFormat,
-        sample_count: u32,
+        options: &RendererOptions,
         light: &wgpu::BindGroupLayout,
     ) -> Result<Self> {
         let allowed = vertices.len() as u32;
@@ -56,7 +56,8 @@ impl DrawScenery {
             entries: &[buffer_entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, Use::Uniform, None)],
         });
         let (device, of, light) = (up.device.clone(), layout.clone(), light.clone());
-        let lit = move |shows| pipeline(&device, &of, Some((color_format, sample_count, &light, shows)));
+        let options = *options;
+        let lit = move |shows| pipeline(&device, &of, Some((&options, &light, shows)));
         Ok(Self {
             pipeline: Lit::new(lit),
             caster: pipeline(up.device, &layout, None),
@@ -94,17 +95,17 @@ fn bind(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, config: &wgpu::Bu
     })
 }
 
-/// `lit`: the target's format, its samples, the layout of the light and whether that has maps; `None` draws depth alone, of both sides.
+/// `lit`: what the targets are, the layout of the light and whether that has maps; `None` draws depth alone, of both sides.
 fn pipeline(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
-    lit: Option<(wgpu::TextureFormat, u32, &wgpu::BindGroupLayout, bool)>,
+    lit: Option<(&RendererOptions, &wgpu::BindGroupLayout, bool)>,
 ) -> wgpu::RenderPipeline {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("scenery"),
         source: wgpu::ShaderSource::Wgsl(scenery_source().into()),
     });
-    let light = lit.map(|(_, _, light, _)| light);
+    let light = lit.map(|(_, light, _)| light);
     let constants = [has_shadows(lit.is_some_and(|(.., shows)| shows))];
     let bind_group_layouts: Vec<_> = [Some(layout), light].into_iter().filter(Option::is_some).collect();
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -112,7 +113,9 @@ fn pipeline(
         bind_group_layouts: &bind_group_layouts,
         immediate_size: 0,
     });
-    let targets = lit.map(|(format, ..)| [Some(format.into())]);
+    let targets = lit.map(|(options, ..)| [Some(options.color_format.into())]);
+    let depth = lit.map_or(DepthWay::OF_MAPS, |(options, ..)| DepthWay::of(options));
+    let bias = if lit.is_some() { Default::default() } else { caster_bias() };
     let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4, 2 => Float32x3];
     let corners = wgpu::VertexBufferLayout {
         array_stride: size_of::<SceneryVertex>() as u64,
@@ -129,14 +132,11 @@ fn pipeline(
             buffers: &[Some(corners)],
         },
         primitive: wgpu::PrimitiveState { cull_mode: lit.map(|_| wgpu::Face::Back), ..Default::default() },
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: DEPTH,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Less),
-            stencil: Default::default(),
-            bias: if lit.is_some() { Default::default() } else { caster_bias() },
-        }),
-        multisample: wgpu::MultisampleState { count: lit.map_or(1, |(_, count, ..)| count), ..Default::default() },
+        depth_stencil: Some(depth.state(depth.nearer(), bias)),
+        multisample: wgpu::MultisampleState {
+            count: lit.map_or(1, |(options, ..)| options.sample_count),
+            ..Default::default()
+        },
         fragment: targets.as_ref().map(|targets| wgpu::FragmentState {
             module: &module,
             entry_point: Some("shade"),

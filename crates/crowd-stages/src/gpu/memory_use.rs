@@ -4,6 +4,7 @@
 
 use super::pre_skinning::skinned_room;
 use super::renderer::RendererOptions;
+use super::targets::DepthWay;
 use super::techniques::windows;
 use super::{SortAtOnce, SortInstances};
 use crate::dispatch::{BLOCK_SIZE, MAX_CASCADES, POINT_LEVELS};
@@ -227,7 +228,7 @@ impl Sizes {
     pub(crate) fn targets(&self, (width, height): (u32, u32), color_bytes: u32) -> u64 {
         let samples = u64::from(width) * u64::from(height) * u64::from(self.options.sample_count);
         let color_bytes = if self.options.sample_count > 1 { color_bytes } else { 0 };
-        samples * u64::from(4 + color_bytes)
+        samples * (DepthWay::of(&self.options).bytes() + u64::from(color_bytes))
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::selection::Selection;
 use super::stage_recorder::StageRecorder;
+use super::targets::DepthWay;
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use super::{BoundPyramid, BuildPyramid, FillBudget, JoinPhases, RecallSeen, SumWeights, TestOcclusion};
 use crate::dispatch::BLOCK_SIZE;
@@ -30,6 +31,8 @@ pub(crate) struct Occlusion {
 /// What depends on the picture's size.
 struct Pyramid {
     depth: wgpu::TextureView,
+    config: PyramidConfig,
+    uniform: wgpu::Buffer,
     build: BoundPyramid,
     test: wgpu::BindGroup,
     farthest: wgpu::Buffer,
@@ -100,26 +103,32 @@ impl Occlusion {
         })
     }
 
-    /// Makes the pyramid of a depth texture, unless it is there.
+    /// Makes the pyramid of a depth texture, unless it is there. Engines may make views anew each frame: of the same size only they are bound anew.
     pub(crate) fn fit(
         &mut self,
         up: &mut Uploader<'_>,
         c: &CrowdBuffers,
         f: &FrameBuffers,
-        depth: &wgpu::TextureView,
+        (depth, way): (&wgpu::TextureView, DepthWay),
         (width, height): (u32, u32),
         sample_count: u32,
     ) -> Result<()> {
-        if self.pyramid.as_ref().is_some_and(|pyramid| pyramid.depth == *depth) {
+        let reversed = way.reversed.into();
+        let config = PyramidConfig { reversed, ..PyramidConfig::new(width, height, sample_count) };
+        if let Some(pyramid) = self.pyramid.as_mut().filter(|pyramid| pyramid.config == config) {
+            if pyramid.depth != *depth {
+                let readable = way.readable(depth);
+                pyramid.build = self.build.bind(up.device, config, &pyramid.uniform, &pyramid.farthest, &readable);
+                pyramid.depth = depth.clone();
+            }
             return Ok(());
         }
         self.pyramid = None;
         let smaller = "draw a smaller picture";
-        let config = PyramidConfig::new(width, height, sample_count);
         let uniform = up.filled("pyramid config", &[config], Usage::UNIFORM, smaller)?;
         let written = Usage::STORAGE | Usage::COPY_SRC;
         let farthest = up.empty::<f32>("bytes of the depth pyramid", config.number_count().into(), written, smaller)?;
-        let build = self.build.bind(up.device, config, &uniform, &farthest, depth);
+        let build = self.build.bind(up.device, config, &uniform, &farthest, &way.readable(depth));
         let test = self.test.bind(
             up.device,
             &f.config,
@@ -131,7 +140,7 @@ impl Occlusion {
             &f.culled,
             &self.seen,
         );
-        self.pyramid = Some(Pyramid { depth: depth.clone(), build, test, farthest });
+        self.pyramid = Some(Pyramid { depth: depth.clone(), config, uniform, build, test, farthest });
         Ok(())
     }
 

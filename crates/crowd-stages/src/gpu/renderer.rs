@@ -1,7 +1,9 @@
 //! The renderer: the shared selection, what the technique adds, then the draw, recorded into an engine's encoder.
 
 mod borrow;
+mod into;
 mod memory;
+mod options;
 mod prepare;
 mod readings;
 mod reference;
@@ -20,16 +22,19 @@ use super::selection::Selection;
 use super::shadows::{Light, STAMPS_A_CASCADE, Shadows};
 use super::skinning_trial::SkinningTrial;
 use super::stage_recorder::StageRecorder;
+use super::targets::{Attachments, DepthWay, Targets};
 use super::techniques::{self, Floor, FrameContext, Painter, Workshop};
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
 use crate::dispatch::MAX_CASCADES;
 use crate::{
-    BudgetIn, CrowdBounds, CrowdData, DrawConfig, DrawOptions, DrawnInstance, Error, Fit, FrameConfig, FrameTotals,
-    InstanceRecord, Result, SceneryVertex, Skinning, Technique, View, Weight, fit_cascades, shadow_side,
+    BudgetIn, CrowdBounds, CrowdData, DrawConfig, DrawOptions, Error, Fit, FrameConfig, FrameTotals, InstanceRecord,
+    Result, SceneryVertex, Skinning, Technique, View, Weight, fit_cascades, shadow_side,
 };
 use crowd_pack::CharacterRecord;
 use glam::Mat4;
+
+pub use options::{RendererOptions, most_instances};
 
 /// Names of all stages, as in [`CrowdRenderer::timings_ms`]: the shared ones in their order, then those of the techniques.
 /// The draw is called `draw`.
@@ -74,45 +79,12 @@ pub const STAGES: [&str; 35] = [
 /// Stages and draws of a frame, those that run twice counted twice.
 const MOST_STAMPED: u32 = 2 * STAGES.len() as u32 + 2 + MAX_CASCADES * STAMPS_A_CASCADE;
 
-/// Sizes and formats fixed for a renderer's life.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RendererOptions {
-    /// Instances it can hold.
-    pub max_instances: u32,
-    /// Vertices a frame it can hold: the largest N.
-    pub max_vertices: u32,
-    /// Triangles a frame it can hold.
-    pub max_triangles: u32,
-    /// Colour target; sRGB formats are expected.
-    pub color_format: wgpu::TextureFormat,
-    /// 1 or 4 samples a pixel.
-    pub sample_count: u32,
-}
-
-impl RendererOptions {
-    /// The same, with vertices and triangles lowered to what a device of these limits can hold: 33.5 million vertices where a binding
-    /// may have 128 MiB, and 178 million triangles where a buffer may have 2 GiB.
-    pub fn clamped_to(self, limits: &wgpu::Limits) -> Self {
-        let words = |bytes: u64| u32::try_from(bytes / 4).unwrap_or(u32::MAX);
-        let bindable = words(limits.max_storage_buffer_binding_size.min(limits.max_buffer_size));
-        // Triangles are written in parts.
-        let indices = words(limits.max_buffer_size);
-        Self {
-            max_vertices: self.max_vertices.min(bindable),
-            max_triangles: self.max_triangles.min(indices / 3),
-            ..self
-        }
-    }
-}
-
-/// The most instances that a device of these limits draws so: where a binding may have 128 MiB, 2,796,202, and 1,677,721 where they are
-/// gathered for the draw.
-pub fn most_instances(limits: &wgpu::Limits, draw: &DrawOptions) -> u32 {
-    use Technique::{PseudoInstancing, Reform, StaticFloor};
-    let gathers = draw.shadows > 0 || !matches!(draw.technique, PseudoInstancing | Reform | StaticFloor);
-    let record = if gathers { size_of::<DrawnInstance>() } else { size_of::<InstanceRecord>() };
-    let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    u32::try_from(binding / record as u64).unwrap_or(u32::MAX)
+/// Where a frame is drawn.
+enum Onto<'a> {
+    /// A colour view of that size, with the renderer's own depth.
+    Own(&'a wgpu::TextureView, (u32, u32)),
+    /// An engine's targets.
+    Host(&'a Targets<'a>),
 }
 
 /// GPU buffers, textures and pipelines of one crowd; draws with any technique, each set up when it is first asked for.
@@ -166,7 +138,8 @@ impl CrowdRenderer {
     ///
     /// # Errors
     /// [`Error::Limit`] when a buffer or texture is larger than the device allows; nothing is clamped silently.
-    /// [`Error::Tables`] when a character has no levels with index tables.
+    /// [`Error::Target`] for a depth format that is none, of 16 bits, or that the device lacks. [`Error::Tables`] when a character has
+    /// no levels with index tables.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, data: &CrowdData, options: RendererOptions) -> Result<Self> {
         if !matches!(options.sample_count, 1 | 4) {
             return Err(Error::Limit {
@@ -176,6 +149,7 @@ impl CrowdRenderer {
                 remedy: "use 1 or 4",
             });
         }
+        DepthWay::of(&options).check(device)?;
         let mut up = Uploader { device, queue, bytes: 0 };
         let crowd = CrowdBuffers::new(&mut up, data)?;
         let character_bytes = up.bytes - crowd.animation_bytes - crowd.layer_bytes - crowd.impostor_bytes;
@@ -189,7 +163,7 @@ impl CrowdRenderer {
         let before = up.bytes;
         let frame = FrameBuffers::new(&mut up, options.max_instances)?;
         memory.instances = up.bytes - before;
-        let draw = DrawCrowd::new(device, &frame, crowd.joint_storages, options.color_format, options.sample_count);
+        let draw = DrawCrowd::new(device, &frame, crowd.joint_storages, &options);
         Ok(Self {
             selection: Selection::new(device, &crowd, &frame),
             unshaded: Light::new(device, draw.light_layout(), 1, 1)?,
@@ -259,9 +233,8 @@ impl CrowdRenderer {
             return Ok(());
         }
         let mut up = Uploader { device, queue, bytes: 0 };
-        let RendererOptions { color_format, sample_count, .. } = self.options;
         let (config, light) = (&self.frame.config, self.draw.light_layout());
-        let scenery = DrawScenery::new(&mut up, config, vertices, triangles, color_format, sample_count, light)?;
+        let scenery = DrawScenery::new(&mut up, config, vertices, triangles, &self.options, light)?;
         self.scenery = Some(scenery);
         self.memory.scenery = up.bytes;
         Ok(())
@@ -400,7 +373,8 @@ impl CrowdRenderer {
     }
 
     /// Records one frame: stages, then sky, ground and the crowd into `color` (a view of `color_format`; resolved
-    /// from the renderer's own multisampled texture when `sample_count` is 4). Depth is the renderer's own.
+    /// from the renderer's own multisampled texture when `sample_count` is 4). Depth is the renderer's own; [`Self::encode_into`] draws the
+    /// crowd alone into an engine's colour and depth.
     ///
     /// `options`: a [`Technique`], or [`DrawOptions`] with its switches. `config.instance_count` is ignored. Uniforms are
     /// written through the queue, so submit each frame before recording the next.
@@ -408,7 +382,8 @@ impl CrowdRenderer {
     /// # Errors
     /// Those of [`Self::prepare`]; [`Error::Feed`] for [`Technique::PseudoInstancing`] of a simulator's instances whose characters
     /// nobody named; [`Error::OutOfMemory`] when the depth and multisampled textures of a new `size` do not
-    /// fit. Drop the encoder then.
+    /// fit; [`Error::Target`] when `color` is of another format or size, [`Error::DepthRange`] when the camera's depth goes the
+    /// other way than [`RendererOptions::reverse_z`] says. Drop the encoder then.
     pub fn encode(
         &mut self,
         device: &wgpu::Device,
@@ -419,7 +394,19 @@ impl CrowdRenderer {
         config: &FrameConfig,
         options: impl Into<DrawOptions>,
     ) -> Result<()> {
-        let mut options = options.into();
+        self.check_own(color, size, config)?;
+        self.encode_onto(device, queue, encoder, Onto::Own(color, size), config, options.into())
+    }
+
+    fn encode_onto(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        onto: Onto<'_>,
+        config: &FrameConfig,
+        mut options: DrawOptions,
+    ) -> Result<()> {
         if options.technique == Technique::PseudoInstancing
             && self.instance_characters.len() < self.instance_count as usize
         {
@@ -429,9 +416,15 @@ impl CrowdRenderer {
         self.prepare(device, queue, options.technique)?;
         let skinning = self.prepare_skinning(device, queue, &options);
         options.share_poses &= skinning == Skinning::Vertex || self.prepare_sharing(device, queue, &options);
-        self.draw.fit_targets(device, size, options.occludes())?;
+        let (size, host_depth) = match onto {
+            Onto::Own(_, size) => {
+                self.draw.fit_targets(device, size, options.occludes())?;
+                (size, None)
+            }
+            Onto::Host(targets) => (targets.size, Some(targets.depth)),
+        };
         if options.occludes() {
-            self.fit_occlusion(device, queue, size)?;
+            self.fit_occlusion(device, queue, host_depth, size)?;
         }
         if options.shadows > 0 {
             self.fit_shadows(device, queue, shadow_side(size.1))?;
@@ -490,6 +483,12 @@ impl CrowdRenderer {
             shadows.record(device, queue, &mut recorder, crowd, scenery, feed, &config, &shadow, has_choices);
         }
         let light = shadows.map_or(&self.unshaded, |shadows| &shadows.light).bound();
+        let into = match onto {
+            Onto::Own(color, _) => self.draw.own_attachments(color),
+            Onto::Host(&Targets { color, resolve, depth, .. }) => {
+                Attachments { color, resolve, depth, are_hosts: true }
+            }
+        };
         let parts: &[Part] = if context.occlusion.is_some() { &[Part::First, Part::Last] } else { &[Part::Only] };
         for (number, &part) in parts.iter().enumerate() {
             if let Some(occlusion) = context.occlusion.filter(|_| part == Part::Last) {
@@ -498,7 +497,7 @@ impl CrowdRenderer {
                 occlusion.record_join(&mut recorder);
             }
             let stamps = recorder.draw_stamps("draw", part != Part::First);
-            let mut pass = self.draw.begin(recorder.encoder, color, stamps, part, light, shadows.is_some());
+            let mut pass = self.draw.begin(recorder.encoder, &into, stamps, part, light, shadows.is_some());
             if let Some(scenery) = self.scenery.as_ref().filter(|_| part != Part::Last) {
                 scenery.draw(&mut pass, shadows.is_some());
             }

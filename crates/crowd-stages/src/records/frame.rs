@@ -9,7 +9,7 @@ use glam::{Mat4, Vec3};
 pub struct FrameConfig {
     /// World to clip space, columns.
     pub clip_from_world: [[f32; 4]; 4],
-    /// Six planes, inside is `dot(n, p) + d >= 0`, unit normals: left, right, bottom, top, near, far.
+    /// Six planes, inside is `dot(n, p) + d >= 0`, unit normals: left, right, bottom, top, near, far; far before near where depth is 1 near.
     pub planes: [[f32; 4]; 6],
     /// Camera position, metres.
     pub eye: [f32; 3],
@@ -59,7 +59,8 @@ impl FrameConfig {
     /// The frame's uniform: planes from the matrix, pixels per radian from the field of view.
     ///
     /// `instance_count` is filled in by whoever holds the instances ([`crate::gpu::CrowdRenderer::encode`] and
-    /// [`crate::cpu::run_selection`] set it themselves). An `alpha` below 1 or not finite counts as 1.
+    /// [`crate::cpu::run_selection`] set it themselves). An `alpha` below 1 or not finite counts as 1. There are no dots, no impostors,
+    /// no fog, and levels follow every change: [`Self::with_usual_detail`] has what `crowdplay` shows.
     pub fn from_camera(view: &FrameView) -> Self {
         let half_height = libm::tanf(view.fov_y_rad * 0.5).max(1e-6);
         let focal_px = view.viewport_height_px / (2.0 * half_height);
@@ -86,7 +87,21 @@ impl FrameConfig {
             impostor_area_px2: 0.0,
         }
     }
+
+    /// The same with what `crowdplay` does unless told otherwise: dots and impostors for those below [`STAND_IN_PX`], and a budget of which
+    /// [`STEADY_PERCENT`] may be left over so that levels keep still.
+    pub fn with_usual_detail(self) -> Self {
+        let area_px2 = dot_area_px2(STAND_IN_PX);
+        let slack = (f64::from(self.budget) * f64::from(STEADY_PERCENT / 100.0)) as u32;
+        Self { dot_area_px2: area_px2, impostor_area_px2: area_px2, slack, ..self }
+    }
 }
+
+/// Height below which somebody is drawn as dots or as their impostor in the usual detail, pixels.
+pub const STAND_IN_PX: f32 = 12.0;
+
+/// What may be left of the budget in the usual detail, percent of it.
+pub const STEADY_PERCENT: f32 = 0.9;
 
 /// Projected area of the bounding sphere of a character that is so many pixels high: its diameter is a tenth more.
 pub fn dot_area_px2(height_px: f32) -> f32 {
@@ -100,7 +115,8 @@ pub const LOD_HEIGHTS_PX: [f32; 2] = [200.0, 66.0];
 /// What [`FrameConfig::from_camera`] is told of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameView {
-    /// World to clip space, depth 0 to 1, Y up (wgpu's convention).
+    /// World to clip space, Y up, x and y from -1 to 1. Depth is 0 near and 1 far (wgpu's convention), or 1 near and 0 far
+    /// for a renderer with [`crate::gpu::RendererOptions::reverse_z`].
     pub clip_from_world: Mat4,
     /// Camera position, metres.
     pub eye: Vec3,
@@ -118,7 +134,8 @@ pub struct FrameView {
     pub weight: Weight,
 }
 
-/// Six inward planes with unit normals from a matrix with depth 0 to 1: left, right, bottom, top, near, far.
+/// Six inward planes with unit normals from a matrix with depth from 0 to 1: left, right, bottom, top, near, far; where depth is 1 near, the far
+/// one before the near one, the same six.
 fn frustum_planes(clip_from_world: &Mat4) -> [[f32; 4]; 6] {
     let row = |i| clip_from_world.row(i);
     let planes = [row(3) + row(0), row(3) - row(0), row(3) + row(1), row(3) - row(1), row(2), row(3) - row(2)];
@@ -320,8 +337,13 @@ mod tests {
         let infinite = glam::camera::rh::proj::directx::perspective_infinite(0.9, 1.5, 0.1);
         let config = FrameConfig::from_camera(&FrameView { clip_from_world: infinite, ..view() });
         let far = Vec3::new(0.0, 0.0, -1e9);
-        let plane = config.planes[5];
-        assert!(Vec3::new(plane[0], plane[1], plane[2]).dot(far) + plane[3] >= 0.0);
+        let holds = |config: &FrameConfig, p: Vec3| {
+            config.planes.iter().skip(4).all(|plane| Vec3::new(plane[0], plane[1], plane[2]).dot(p) + plane[3] >= 0.0)
+        };
+        assert!(holds(&config, far) && !holds(&config, -far));
+        let reversed = glam::camera::rh::proj::directx::perspective_infinite_reverse(0.9, 1.5, 0.1);
+        let config = FrameConfig::from_camera(&FrameView { clip_from_world: reversed, ..view() });
+        assert!(holds(&config, far) && !holds(&config, -far));
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub struct PyramidLevel {
     pub reserved: u32,
 }
 
-/// The depth pyramid's shape, a uniform of 272 bytes. Level `k` has one number for each block of `2^(k + 1)` pixels a side,
+/// The depth pyramid's shape, a uniform of 288 bytes. Level `k` has one number for each block of `2^(k + 1)` pixels a side,
 /// as far as the picture goes, so that a pixel's block is found by shifting whatever the size.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Default)]
@@ -30,6 +30,14 @@ pub struct PyramidConfig {
     pub sample_count: u32,
     /// Levels; the last is one number.
     pub level_count: u32,
+    /// 1 where the depth texture has 1 near and 0 far; the pyramid has 0 near and 1 far in both.
+    pub reversed: u32,
+    /// Zero.
+    pub reserved_a: u32,
+    /// Zero.
+    pub reserved_b: u32,
+    /// Zero.
+    pub reserved_c: u32,
     /// The finest first.
     pub levels: [PyramidLevel; dispatch::PYRAMID_LEVELS as usize],
 }

@@ -3,6 +3,7 @@
 use super::super::HoldPoses;
 use super::super::occlusion::Occlusion;
 use super::super::shadows::Shadows;
+use super::super::targets::DepthWay;
 use super::super::techniques::Workshop;
 use super::super::upload::Uploader;
 use super::{CrowdRenderer, RendererOptions};
@@ -43,7 +44,14 @@ impl CrowdRenderer {
     }
 
     /// Sets up occlusion culling for pictures of that size, unless it is.
-    pub(super) fn fit_occlusion(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, size: (u32, u32)) -> Result<()> {
+    /// `depth`: of an engine; else the renderer's own.
+    pub(super) fn fit_occlusion(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        depth: Option<&wgpu::TextureView>,
+        size: (u32, u32),
+    ) -> Result<()> {
         let mut up = Uploader { device, queue, bytes: 0 };
         let RendererOptions { max_instances, sample_count, .. } = self.options;
         if self.occlusion.is_none() {
@@ -53,7 +61,9 @@ impl CrowdRenderer {
         let occlusion = self.occlusion.as_mut().expect("set above");
         let size = (size.0.max(1), size.1.max(1));
         self.memory.occlusion -= occlusion.pyramid_bytes();
-        let fitted = occlusion.fit(&mut up, &self.crowd, &self.frame, self.draw.depth(), size, sample_count);
+        let depth = depth.unwrap_or_else(|| self.draw.own_depth());
+        let way = DepthWay::of(&self.options);
+        let fitted = occlusion.fit(&mut up, &self.crowd, &self.frame, (depth, way), size, sample_count);
         self.memory.occlusion += occlusion.pyramid_bytes();
         fitted
     }

@@ -5,7 +5,7 @@ use super::super::draw_marks::DrawMarks;
 use super::super::stage_recorder::StageRecorder;
 use super::super::techniques::FrameContext;
 use super::super::upload::Uploader;
-use super::{CrowdRenderer, RendererOptions};
+use super::CrowdRenderer;
 use crate::{DrawOptions, Error, FrameConfig, Result, Skinning, Technique, View};
 
 impl CrowdRenderer {
@@ -34,6 +34,7 @@ impl CrowdRenderer {
         if !self.holds_frame[technique.number()] {
             return Err(Error::NoFrame { technique });
         }
+        self.check_own(color, size, reference)?;
         let skinning = self.prepare_skinning(device, queue, &options);
         self.draw.fit_targets(device, size, false)?;
         self.prepare_marks(device, queue)?;
@@ -48,7 +49,8 @@ impl CrowdRenderer {
             feed.record_count(recorder.encoder, &self.frame.config);
         }
         painter.record_frozen(&mut recorder, &context);
-        let mut pass = self.draw.begin(recorder.encoder, color, None, Part::Only, self.unshaded.bound(), false);
+        let into = self.draw.own_attachments(color);
+        let mut pass = self.draw.begin(recorder.encoder, &into, None, Part::Only, self.unshaded.bound(), false);
         if let Some(scenery) = &self.scenery {
             scenery.draw(&mut pass, false);
         }
@@ -65,8 +67,7 @@ impl CrowdRenderer {
     pub fn prepare_marks(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<()> {
         if self.marks.is_none() {
             let mut up = Uploader { device, queue, bytes: 0 };
-            let RendererOptions { color_format, sample_count, .. } = self.options;
-            self.marks = Some(DrawMarks::new(&mut up, color_format, sample_count, self.draw.light_layout())?);
+            self.marks = Some(DrawMarks::new(&mut up, &self.options, self.draw.light_layout())?);
             self.memory.others += up.bytes;
         }
         Ok(())

@@ -110,7 +110,9 @@ pub fn supports(device: &wgpu::Device, technique: Technique) -> bool {
 /// Sets a technique up.
 pub(crate) fn set_up(technique: Technique, workshop: Workshop<'_, '_>) -> Result<Box<dyn Painter>> {
     if !supports(workshop.up.device, technique) {
-        return Err(Error::Feature { technique, feature: "INDIRECT_FIRST_INSTANCE", remedy: "use --technique reform" });
+        let remedy = "make it with gpu::wanted_features() of what the adapter offers; where that is not among it, draw with \
+                      Technique::Reform";
+        return Err(Error::Feature { technique, feature: "INDIRECT_FIRST_INSTANCE", remedy });
     }
     Ok(match technique {
         Technique::PseudoInstancing => Box::new(pseudo_instancing::PseudoInstancing::new(workshop)),
