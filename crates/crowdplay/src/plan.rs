@@ -413,7 +413,12 @@ mod tests {
         let window = WindowPlan { frames: None, start_s: 0.0, time_scale: 1.0, overlay: true, screenshot: None };
         assert_eq!(plan.show, Show::Window(window));
         assert_eq!(plan.crowd.clips, ClipPlan::Usual);
-        assert_eq!(plan.detail.draw, DrawOptions::from(Technique::Bucketed));
+        assert_eq!(plan.detail.draw, DrawOptions::default());
+        // What engines get by one call.
+        let camera = crowd_scene::overlook(glam::Vec3::ZERO, glam::Vec3::ONE, 1.5);
+        let config = crate::view::frame_config(&camera, [640, 360], 0.0, &plan.detail, 123_456);
+        assert_eq!(config, config.with_usual_detail());
+        assert!(config.slack > 0 && config.dot_area_px2 > 0.0);
         let named = HeightPlan::Named(vec![("a".into(), 2.0), ("b=c".into(), 0.5)]);
         assert_eq!(planned(&["--height", "a=2,b=c=0.5"]).unwrap().crowd.height, named);
         assert_eq!(planned(&["--height", "1.8"]).unwrap().crowd.height, HeightPlan::All(1.8));
