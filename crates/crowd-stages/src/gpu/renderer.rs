@@ -394,7 +394,6 @@ impl CrowdRenderer {
         config: &FrameConfig,
         options: impl Into<DrawOptions>,
     ) -> Result<()> {
-        self.check_own(color, size, config)?;
         self.encode_onto(device, queue, encoder, Onto::Own(color, size), config, options.into())
     }
 
@@ -417,8 +416,9 @@ impl CrowdRenderer {
         let skinning = self.prepare_skinning(device, queue, &options);
         options.share_poses &= skinning == Skinning::Vertex || self.prepare_sharing(device, queue, &options);
         let (size, host_depth) = match onto {
-            Onto::Own(_, size) => {
+            Onto::Own(color, size) => {
                 self.draw.fit_targets(device, size, options.occludes())?;
+                self.check_own(color, size, config)?;
                 (size, None)
             }
             Onto::Host(targets) => (targets.size, Some(targets.depth)),

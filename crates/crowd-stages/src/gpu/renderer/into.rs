@@ -30,7 +30,8 @@ impl CrowdRenderer {
         self.encode_onto(device, queue, encoder, Onto::Host(targets), config, options)
     }
 
-    /// Refuses what [`Self::encode`] cannot draw: a colour view of another kind, a camera whose depth goes the other way.
+    /// Refuses what [`Self::encode`] cannot draw: a colour view of another kind, a camera whose depth goes the other way. After targets of that
+    /// size were made: a picture too large is one, whatever the view.
     pub(super) fn check_own(&self, color: &wgpu::TextureView, size: (u32, u32), config: &FrameConfig) -> Result<()> {
         let RendererOptions { color_format, .. } = self.options;
         let size = (size.0.max(1), size.1.max(1));

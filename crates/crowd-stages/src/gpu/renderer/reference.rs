@@ -34,9 +34,9 @@ impl CrowdRenderer {
         if !self.holds_frame[technique.number()] {
             return Err(Error::NoFrame { technique });
         }
-        self.check_own(color, size, reference)?;
         let skinning = self.prepare_skinning(device, queue, &options);
         self.draw.fit_targets(device, size, false)?;
+        self.check_own(color, size, reference)?;
         self.prepare_marks(device, queue)?;
         let marks = self.marks.as_ref().expect("prepared above");
         marks.write(queue, seen, &self.bounds, View::Shaded, false);
