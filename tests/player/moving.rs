@@ -50,7 +50,18 @@ fn the_scene_begins_anew_and_may_be_empty() {
     let file = scene.path("gap.csv");
     std::fs::write(&file, "id,time,x,y\n1,0,0,0\n1,1,1,0\n2,9,0,0\n2,10,1,0\n").expect("our folder");
     let words = ["--trajectories", &file, "--frames", "4", "--dt", "5", "--time", "0.5"];
-    assert_eq!(visible(&scene.report(&[&words[..], &SMALL].concat())), [1, 0, 1, 0]);
+    let report = scene.report(&[&words[..], &SMALL].concat());
+    assert_eq!(visible(&report), [1, 0, 1, 0]);
+    // Who has not come or has left counts for nothing.
+    let of = |key: &str| -> Vec<u64> {
+        report["frames"].as_array().expect("frames").iter().map(|frame| frame[key].as_u64().expect("a count")).collect()
+    };
+    assert_eq!((of("present"), report["crowd"]["instances"].as_u64()), (vec![1, 0, 1, 0], Some(2)));
+    let full = report["crowd"]["triangles_full"].as_u64().expect("a count");
+    let there = of("present_triangles");
+    assert!(there[0] > 0 && there[1] == 0 && there[0] + there[2] == full, "{there:?} of {full}");
+    let said = scene.render(&[&words[..], &SMALL].concat()).stderr;
+    assert!(said.contains("0 of 2 instances present, 0 visible; 0 of 0 triangles"), "{said}");
 }
 
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1")]

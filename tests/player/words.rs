@@ -243,6 +243,14 @@ fn quiet_is_quiet() {
 }
 
 #[test]
+fn one_frame_is_said_to_be_the_first() {
+    let scene = Scene::new();
+    assert!(scene.render(&TINY).stderr.contains("1 frame: "));
+    let said = scene.render(&[&["--frames", "3"][..], &TINY].concat()).stderr;
+    assert!(said.contains("3 frames, median ") && said.contains("(of 2, without the first)"), "{said}");
+}
+
+#[test]
 fn characters_and_clips_are_chosen_by_name() {
     let scene = Scene::new();
     let report = scene.report(&[&["--characters", "bruno", "--clips", "SWAY"][..], &TINY].concat());

@@ -336,7 +336,8 @@ pub struct Args {
     #[arg(long, value_name = "PNG", requires = "headless", value_hint = ValueHint::FilePath, help_heading = "Output")]
     pub out: Option<PathBuf>,
 
-    /// JSON with the frames' totals and times; - for standard output
+    /// JSON with the frames' totals and times; - for standard output. Medians are over all frames but the first, which pays for shader
+    /// compilation (with one frame: that one; timings.frames says how many)
     #[arg(long, value_name = "JSON", value_hint = ValueHint::FilePath, help_heading = "Output")]
     pub report: Option<PathBuf>,
 

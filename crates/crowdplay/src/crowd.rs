@@ -49,6 +49,12 @@ impl Crowd {
     }
 
     /// Sets what everyone of a crowd on its places plays by now, for whoever draws or poses it on the CPU; the GPU looks it up
+    /// Triangles of those present at full detail.
+    pub fn present_triangles(&self) -> u64 {
+        let of = |one: &InstanceRecord| u64::from(self.data.characters[one.character as usize].triangle_count);
+        self.instances.iter().map(of).sum()
+    }
+
     /// itself.
     pub fn play(&mut self, time_s: f32) {
         if let Some(schedules) = &self.schedules {

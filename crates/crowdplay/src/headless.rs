@@ -8,7 +8,7 @@ use crate::memory::{check_count, table};
 use crate::picture::{write_file, write_stdout};
 use crate::plan::{DetailPlan, HeadlessPlan, PictureName, Plan};
 use crate::progress::Progress;
-use crate::stats::{self, Frame, Report, Timings, skinning_words};
+use crate::stats::{self, Frame, Report, Spread, Timings, skinning_words};
 use crate::view::{self, Viewer, frame_config};
 use crate::{Error, Result, Talk};
 use crowd_stages::{BudgetIn, Fit, Levels, Skinning, View, Weight};
@@ -89,7 +89,7 @@ pub fn render(
         let totals = backend.draw(crowd, &config, detail.draw, &mut watch)?;
         let frame_ms = start.elapsed().as_secs_f32() * 1e3;
         let frame = Frame::new(number, time_s, budget, totals, frame_ms, &backend.timings_ms());
-        let frame = Frame { simulate_ms, ..frame };
+        let frame = Frame { simulate_ms, ..frame.of(crowd) };
         let messages = stats::overflow_messages(&totals, (budget, detail.budget_in), detail.max_px);
         // The first frame compiles shaders.
         if let Some(governor) = governor.as_mut().filter(|_| number > 0) {
@@ -136,7 +136,7 @@ pub fn render(
     }
     write_recording(plan, recording.as_ref())?;
     let spent = detail.draw.technique.has_budget().then_some((budget, detail.budget_in));
-    say_what_came_out(headless, crowd, &frames, &pictures, spent, talk);
+    say_what_came_out(crowd, &frames, &pictures, spent, backend.word() == "gpu", talk);
     if headless.out.is_none() && plan.report.is_none() && plan.record_camera.is_none() {
         talk.say("nothing was written; --out picture.png or --report stats.json does");
     }
@@ -177,30 +177,47 @@ pub fn write_recording(plan: &Plan, recording: Option<&crowd_scene::CameraPath>)
 }
 
 fn say_what_came_out(
-    headless: &HeadlessPlan,
     crowd: &Crowd,
     frames: &[Frame],
     pictures: &[String],
     budget: Option<(u32, BudgetIn)>,
+    compiles: bool,
     talk: &mut Talk<'_>,
 ) {
     let Some(last) = frames.last() else { return };
     talk.say(&format!(
-        "{} instances, {} visible; {} of {} triangles, {} vertices{}",
-        crowd.instances.len(),
+        "{}, {} visible; {} of {} triangles, {} vertices{}",
+        who_is_there(last.present, crowd.summary.instances),
         last.visible,
         last.triangles,
-        crowd.summary.triangles_full,
+        last.present_triangles,
         last.vertices,
         budget.map_or_else(String::new, |(budget, counts)| format!(", budget {budget} {}", counts.name()))
     ));
-    let times = Timings::of(frames).frame_ms;
-    let (frames, ends) = (headless.frames, if headless.frames == 1 { "" } else { "s" });
-    talk.say(&format!("{frames} frame{ends}, median {:.1} ms, p95 {:.1} ms", times.median, times.p95));
+    talk.say(&time_words(&Timings::of(frames), frames.len(), compiles));
     match pictures {
         [] => {}
         [only] => talk.say(&format!("wrote {only}")),
         [first, .., last] => talk.say(&format!("wrote {first} to {last}")),
+    }
+}
+
+/// How many there are, and of how many, where not everyone has come or some have left.
+fn who_is_there(present: u32, all: u32) -> String {
+    if present == all { format!("{all} instances") } else { format!("{present} of {all} instances present") }
+}
+
+/// What frames took. `compiles`: the first one compiled shaders, too.
+fn time_words(timings: &Timings, frames: usize, compiles: bool) -> String {
+    let Spread { median, p95, .. } = timings.frame_ms;
+    match (frames, compiles) {
+        (0 | 1, true) => format!("first frame, with compilation of shaders: {median:.1} ms"),
+        (0 | 1, false) => format!("1 frame: {median:.1} ms"),
+        _ => {
+            let why = if compiles { ", which compiles shaders" } else { "" };
+            let counted = timings.frames;
+            format!("{frames} frames, median {median:.1} ms, p95 {p95:.1} ms (of {counted}, without the first{why})")
+        }
     }
 }
 
@@ -264,4 +281,29 @@ pub fn write_report(report: &Report, path: &Path, stdout: &mut dyn Write) -> Res
         .map_err(|e| Error::Output { path: path.to_owned(), source: std::io::Error::other(e) })?;
     text.push(b'\n');
     if path == Path::new("-") { write_stdout(stdout, &text) } else { write_file(path, &text) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn timings(times_ms: &[f32]) -> Timings {
+        Timings { frames: times_ms.len() as u32, frame_ms: Spread::of(times_ms.to_vec()), ..Default::default() }
+    }
+
+    #[test]
+    fn one_frame_is_no_median_and_of_more_the_first_is_not_counted() {
+        let one = timings(&[900.0]);
+        assert_eq!(time_words(&one, 1, true), "first frame, with compilation of shaders: 900.0 ms");
+        assert_eq!(time_words(&one, 1, false), "1 frame: 900.0 ms");
+        let words = time_words(&timings(&[4.0, 6.0]), 3, true);
+        assert_eq!(words, "3 frames, median 5.0 ms, p95 6.0 ms (of 2, without the first, which compiles shaders)");
+        assert!(time_words(&timings(&[4.0, 6.0]), 3, false).ends_with("(of 2, without the first)"));
+    }
+
+    #[test]
+    fn who_has_not_come_or_has_left_is_not_counted_as_there() {
+        assert_eq!(who_is_there(160, 160), "160 instances");
+        assert_eq!(who_is_there(155, 160), "155 of 160 instances present");
+    }
 }

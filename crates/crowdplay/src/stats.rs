@@ -67,7 +67,7 @@ pub struct Report {
     pub gpu_memory: BTreeMap<&'static str, u64>,
     /// Frames, in order.
     pub frames: Vec<Frame>,
-    /// Times over all frames but the first, which pays for shader compilation (with one frame: that one).
+    /// Times over all frames but the first, which pays for shader compilation (with one frame: that one); `timings.frames` says how many.
     pub timings: Timings,
     /// Pictures written.
     pub pictures: Vec<String>,
@@ -150,6 +150,10 @@ pub struct Frame {
     pub time_s: f32,
     /// Vertices, or triangles, it might have: N.
     pub budget: u32,
+    /// Instances there were: of a simulator's people those who had come and not left.
+    pub present: u32,
+    /// Their triangles at full detail.
+    pub present_triangles: u64,
     /// Instances drawn.
     pub visible: u32,
     /// Instances left out because the frustum does not meet them.
@@ -198,6 +202,8 @@ impl Frame {
             frame,
             time_s,
             budget,
+            present: 0,
+            present_triangles: 0,
             visible: totals.visible_count,
             outside: totals.outside_count,
             occluded: totals.occluded_count,
@@ -219,6 +225,12 @@ impl Frame {
 }
 
 impl Frame {
+    /// The same with who was there.
+    #[must_use]
+    pub fn of(self, crowd: &crate::crowd::Crowd) -> Self {
+        Self { present: crowd.instances.len() as u32, present_triangles: crowd.present_triangles(), ..self }
+    }
+
     /// What the GPU took, milliseconds; the whole frame where it does not say.
     pub fn work_ms(&self) -> f32 {
         if self.stages_ms.is_empty() { self.frame_ms } else { self.stages_ms.values().sum() }
@@ -276,7 +288,7 @@ pub fn overflow_messages(
 /// Times over the frames.
 #[derive(Debug, Clone, Serialize, Default, PartialEq)]
 pub struct Timings {
-    /// Frames counted.
+    /// Frames counted: all but the first, or that one where there is no other.
     pub frames: u32,
     /// Whole frames.
     pub frame_ms: Spread,
@@ -287,7 +299,7 @@ pub struct Timings {
 /// Middle and tail of a set of times, milliseconds.
 #[derive(Debug, Clone, Copy, Serialize, Default, PartialEq)]
 pub struct Spread {
-    /// Half are shorter.
+    /// Half are shorter; of an even number the mean of the two in the middle.
     pub median: f32,
     /// 95 % are not longer.
     pub p95: f32,
@@ -298,15 +310,16 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of some times; zeros of none. Nearest rank, so each number is one that was measured.
+    /// Of some times; zeros of none. The tail by nearest rank, so it is a time that was measured.
     pub fn of(mut times_ms: Vec<f32>) -> Self {
         if times_ms.is_empty() {
             return Self::default();
         }
         times_ms.sort_by(f32::total_cmp);
         let n = times_ms.len();
-        let rank = |percent: usize| times_ms[(n * percent).div_ceil(100).max(1) - 1];
-        Self { median: rank(50), p95: rank(95), min: times_ms[0], max: times_ms[n - 1] }
+        let p95 = times_ms[(n * 95).div_ceil(100).max(1) - 1];
+        let median = times_ms[(n - 1) / 2].midpoint(times_ms[n / 2]);
+        Self { median, p95, min: times_ms[0], max: times_ms[n - 1] }
     }
 }
 
@@ -335,11 +348,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spreads_are_measured_numbers() {
+    fn spreads_are_of_what_was_measured() {
         assert_eq!(Spread::of(vec![]), Spread::default());
         assert_eq!(Spread::of(vec![3.0]), Spread { median: 3.0, p95: 3.0, min: 3.0, max: 3.0 });
         let hundred: Vec<f32> = (1..=100).rev().map(|i| i as f32).collect();
-        assert_eq!(Spread::of(hundred), Spread { median: 50.0, p95: 95.0, min: 1.0, max: 100.0 });
+        assert_eq!(Spread::of(hundred), Spread { median: 50.5, p95: 95.0, min: 1.0, max: 100.0 });
+        assert_eq!([vec![9.0, 1.0], vec![9.0, 1.0, 2.0]].map(|times| Spread::of(times).median), [5.0, 2.0]);
     }
 
     #[test]

@@ -252,10 +252,12 @@ impl Running {
         }
         if let Some(simulation) = &mut self.simulation {
             simulation.advance(&self.gpu, self.readings.time_s);
-        } else if crowd.advance(self.readings.time_s)
-            && let Painter::Gpu(renderer) = &mut self.painter
-        {
-            renderer.set_instances(&self.gpu.queue, &crowd.instances)?;
+        } else if crowd.advance(self.readings.time_s) {
+            self.readings.instances = crowd.instances.len() as u32;
+            self.readings.triangles_full = crowd.present_triangles();
+            if let Painter::Gpu(renderer) = &mut self.painter {
+                renderer.set_instances(&self.gpu.queue, &crowd.instances)?;
+            }
         }
         self.recount(crowd);
         self.keep_within_memory();
@@ -277,7 +279,8 @@ impl Running {
         self.govern(dt_s * 1e3);
         if let Some(frames) = &mut self.frames {
             let Readings { totals, time_s, stages_ms, .. } = &self.readings;
-            frames.push(Frame::new(self.frame_count - 1, *time_s, budget, *totals, dt_s * 1e3, stages_ms));
+            let frame = Frame::new(self.frame_count - 1, *time_s, budget, *totals, dt_s * 1e3, stages_ms);
+            frames.push(frame.of(crowd));
         }
         Ok(())
     }
