@@ -250,6 +250,26 @@ fn one_frame_is_said_to_be_the_first() {
     assert!(said.contains("3 frames, median ") && said.contains("(of 2, without the first)"), "{said}");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: needs an adapter")]
+fn without_vulkan_it_is_said_what_would_take_opengl() {
+    let scene = Scene::new();
+    let run = |words: &[&str]| {
+        let mut player = crate::player();
+        player.env("VK_DRIVER_FILES", "/nonexistent").env("VK_ICD_FILENAMES", "/nonexistent").args(words);
+        player.output().expect("the player is built")
+    };
+    let listed = String::from_utf8(run(&["--list-adapters"]).stdout).expect("text");
+    let auto = run(&[&[scene.pack().as_str(), "--headless"][..], &TINY[..4]].concat());
+    let said = String::from_utf8_lossy(&auto.stderr);
+    // Where OpenGL is played by a processor, or not there at all, the CPU draws.
+    if listed.trim().is_empty() || listed.lines().all(|line| line.contains("Cpu")) {
+        assert!(auto.status.success() && said.contains("drawing on the CPU instead"), "{said}");
+        assert_eq!(said.contains("OpenGL with --backend gpu"), !listed.trim().is_empty(), "{listed}: {said}");
+    }
+}
+
 #[test]
 fn characters_and_clips_are_chosen_by_name() {
     let scene = Scene::new();
