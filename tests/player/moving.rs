@@ -113,7 +113,12 @@ fn a_database_with_a_journal_beside_it_is_refused() {
 fn a_flock_and_a_walk_move_and_are_repeatable() {
     let scene = Scene::new();
     let ways = fixture("waypoints.txt");
-    for feed in [&["--flock", "40"][..], &["--walk", &ways, "--count", "40"], &["--walk", "--count", "40"]] {
+    for feed in [
+        &["--flock", "40"][..],
+        &["--flock", "--count", "40"],
+        &["--walk", &ways, "--count", "40"],
+        &["--walk", "--count", "40"],
+    ] {
         let words = [feed, &SMALL[..4]].concat();
         let report = scene.report(&[&words[..], &["--frames", "2", "--dt", "1"]].concat());
         assert_eq!(report["crowd"]["instances"], 40);

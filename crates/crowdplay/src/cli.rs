@@ -23,6 +23,12 @@ pub const IMPOSTORS_PX: f32 = crowd_stages::STAND_IN_PX;
 /// `--fade` unless given.
 pub const FADE_S: f32 = 0.3;
 
+/// `--count` unless given.
+pub const COUNT: u32 = 10_000;
+
+/// People of a flock.
+pub const MOST_BOIDS: i64 = 1_000_000;
+
 /// `--walk` without a file.
 pub const AROUND: &str = "around";
 
@@ -98,8 +104,9 @@ pub struct Args {
     pub pack: Option<PathBuf>,
 
     /// Instances in the crowd; adapters that bind little at a time draw fewer than this allows (software Vulkan 1,677,721), and say so
-    #[arg(long, default_value_t = 10_000, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=4_000_000), help_heading = "Crowd")]
-    pub count: u32,
+    /// [default: 10000]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=4_000_000), help_heading = "Crowd")]
+    pub count: Option<u32>,
 
     /// Where they stand: grid, disc, ranks, street, seats (rings around a stage), or a layout file (its people are all the
     /// crowd)
@@ -112,10 +119,11 @@ pub struct Args {
           help_heading = "Crowd")]
     pub trajectories: Option<PathBuf>,
 
-    /// People that walk as a flock: keep apart, go the same way, stay together (Reynolds 1987); begins anew after 10 minutes
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1_000_000),
-          conflicts_with_all = ["count", "layout", "spacing", "trajectories", "walk"], help_heading = "Crowd")]
-    pub flock: Option<u32>,
+    /// People that walk as a flock: keep apart, go the same way, stay together (Reynolds 1987); begins anew after 10 minutes. How many is
+    /// said here or by --count, at most 1000000
+    #[arg(long, value_name = "COUNT", num_args = 0..=1, value_parser = clap::value_parser!(u32).range(1..=MOST_BOIDS),
+          conflicts_with_all = ["layout", "spacing", "trajectories", "walk"], help_heading = "Crowd")]
+    pub flock: Option<Option<u32>>,
 
     /// Who simulates the flock. The steering is the same; places differ after a while, since sums are added up in another order
     #[arg(long, value_enum, default_value_t = SimulatorWord::Auto, value_name = "WHO", help_heading = "Crowd")]

@@ -9,7 +9,9 @@ pub use picture_name::PictureName;
 pub use who_where::{ClipPlan, CrowdPlan, FeedPlan, HeightPlan, ImpostorsPlan, LayoutPlan, MotionPlanWord, Simulator};
 
 use crate::budget_words::STEADY_PERCENT;
-use crate::cli::{Args, BackendWord, FitWord, IMPOSTORS_PX, MetricWord, PoseRates, SimulatorWord, Switch, WeightWord};
+use crate::cli::{
+    Args, BackendWord, COUNT, FitWord, IMPOSTORS_PX, MetricWord, PoseRates, SimulatorWord, Switch, WeightWord,
+};
 use crate::memory::MEGABYTE;
 use crate::{Error, Result};
 use contradictions::{
@@ -262,7 +264,7 @@ pub fn plan(args: &Args) -> Result<Plan> {
     Ok(Plan {
         pack: args.pack.clone().unwrap_or_default(),
         crowd: CrowdPlan {
-            count: args.count,
+            count: args.count.unwrap_or(COUNT),
             layout: layout(args)?,
             simulator: match args.simulate {
                 SimulatorWord::Auto => Simulator::Auto,
@@ -371,6 +373,8 @@ mod tests {
             &["--share-poses", "on", "--pose-rates", "60"],
             &["--motion-graph", "dance.txt", "--flock", "100"],
             &["--simulate", "gpu"],
+            &["--flock", "10", "--count", "4"],
+            &["--flock", "--count", "1000001"],
             &["--view", "levels", "--backend", "cpu"],
             &["--view", "levels", "--technique", "b0"],
             &["--view", "density", "--occlusion", "on"],
@@ -404,6 +408,19 @@ mod tests {
         );
         for words in [&["--impostors", "0"][..], &["--headless", "--fit", "eq1"], &["--headless", "--backend", "cpu"]] {
             assert_eq!(of(words), ImpostorsPlan::Off, "{words:?}");
+        }
+    }
+
+    #[test]
+    fn a_flock_is_counted_by_its_own_word_or_by_count() {
+        let of = |words: &[&str]| planned(words).expect("these words agree").crowd.layout;
+        for (words, count) in [
+            (&["--flock", "10"][..], 10),
+            (&["--flock", "--count", "4"], 4),
+            (&["--count", "4", "--flock"], 4),
+            (&["--flock"], COUNT),
+        ] {
+            assert_eq!(of(words), LayoutPlan::Feed(FeedPlan::Flock { count }), "{words:?}");
         }
     }
 

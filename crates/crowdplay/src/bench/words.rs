@@ -201,8 +201,8 @@ fn decide(args: &Args, mut words: BenchWords, typed: String) -> Result<Asked> {
             return Err(refused(option, format!("{}, the place of {other}", path.display()), "a place of its own"));
         }
     }
-    let counts = if words.counts.is_empty() { vec![args.flock.unwrap_or(args.count)] } else { words.counts.clone() };
     let mut plan = plan::plan(args)?;
+    let counts = if words.counts.is_empty() { vec![plan.crowd.people()] } else { words.counts.clone() };
     if let Some(found) = words.assert.iter().find_map(|condition| condition.unmeasured(plan.detail.draw)) {
         return Err(refused("--assert", found, "what is measured of that technique"));
     }

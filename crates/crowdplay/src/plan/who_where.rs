@@ -1,6 +1,6 @@
 //! Who stands where and does what, as the words say.
 
-use crate::cli::{AROUND, Args, BackendWord, FitWord, MetricWord};
+use crate::cli::{AROUND, Args, BackendWord, COUNT, FitWord, MOST_BOIDS, MetricWord};
 use crate::{Error, Result};
 use crowd_scene::Layout;
 use crowd_stages::Technique;
@@ -51,6 +51,14 @@ pub enum ImpostorsPlan {
 }
 
 impl CrowdPlan {
+    /// How many people were asked for.
+    pub fn people(&self) -> u32 {
+        match self.layout {
+            LayoutPlan::Feed(FeedPlan::Flock { count }) => count,
+            _ => self.count,
+        }
+    }
+
     /// The same with another number of instances, also where they are a flock.
     pub fn with_count(&self, count: u32) -> Self {
         let layout = match &self.layout {
@@ -145,7 +153,8 @@ pub(super) fn layout(args: &Args) -> Result<LayoutPlan> {
         let rate_hz = args.trajectory_rate.map(f64::from);
         return Ok(LayoutPlan::Feed(FeedPlan::Trajectories { path: path.clone(), rate_hz }));
     }
-    if let Some(count) = args.flock {
+    if let Some(said) = args.flock {
+        let count = flock_count(args, said)?;
         return Ok(LayoutPlan::Feed(FeedPlan::Flock { count }));
     }
     if let Some(way) = &args.walk {
@@ -166,6 +175,23 @@ pub(super) fn layout(args: &Args) -> Result<LayoutPlan> {
             });
         }
     })
+}
+
+/// How many flock: `--flock` says it, or `--count`, not both.
+fn flock_count(args: &Args, said: Option<u32>) -> Result<u32> {
+    match (said, args.count) {
+        (Some(said), Some(count)) => Err(Error::Parameter {
+            option: "--flock",
+            found: format!("{said} with --count {count}"),
+            allowed: format!("one of the two: --flock {said}, or --flock --count {count}"),
+        }),
+        (None, Some(count)) if i64::from(count) > MOST_BOIDS => Err(Error::Parameter {
+            option: "--count",
+            found: format!("{count} with --flock"),
+            allowed: format!("1 to {MOST_BOIDS} with --flock"),
+        }),
+        (said, count) => Ok(said.or(count).unwrap_or(COUNT)),
+    }
 }
 
 /// People who walk change clips by their speed, and nobody tells them otherwise.
