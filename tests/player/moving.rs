@@ -64,6 +64,24 @@ fn the_scene_begins_anew_and_may_be_empty() {
     assert!(said.contains("0 of 2 instances present, 0 visible; 0 of 0 triangles"), "{said}");
 }
 
+#[test]
+fn whoever_is_much_wider_than_a_person_does_not_walk_unless_named() {
+    let scene = Scene::new();
+    let file = fixture("crossing.csv");
+    let wide = ["--height", "Bruno=60"];
+    for feed in [&["--trajectories", &file][..], &["--walk", "--count", "9"]] {
+        let words = [feed, &wide, &SMALL].concat();
+        let said = scene.render(&words).stderr;
+        assert!(said.contains("Bruno (") && said.contains("not among those who walk"), "{said}");
+        assert_eq!(scene.report(&words)["crowd"]["characters"], serde_json::json!(["Ada"]), "{feed:?}");
+        let words = [&words[..], &["--characters", "Ada,Bruno"]].concat();
+        assert_eq!(scene.report(&words)["crowd"]["characters"], serde_json::json!(["Ada", "Bruno"]), "{feed:?}");
+        assert!(scene.render(&words).stderr.contains("may walk through others"));
+    }
+    let flock = scene.report(&[&["--flock", "9"][..], &wide, &SMALL].concat());
+    assert_eq!(flock["crowd"]["characters"], serde_json::json!(["Ada", "Bruno"]), "a flock keeps apart by itself");
+}
+
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1")]
 #[test]
 fn the_gpu_follows_who_comes_and_who_leaves() {

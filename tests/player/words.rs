@@ -243,6 +243,19 @@ fn quiet_is_quiet() {
 }
 
 #[test]
+fn a_spacing_below_the_bodies_is_raised_aloud_and_reported() {
+    let scene = Scene::new();
+    let asked = [&["--spacing", "0.01"][..], &TINY].concat();
+    let said = scene.render(&asked).stderr;
+    assert!(said.contains("--spacing 0.01: raised to") && said.contains("m across"), "{said}");
+    let used = |words: &[&str]| scene.report(words)["crowd"]["spacing_m"].as_f64().expect("metres");
+    assert!(used(&asked) > 0.05 && used(&asked) <= used(&TINY), "{} and {}", used(&asked), used(&TINY));
+    let wide = [&["--spacing", "7"][..], &TINY].concat();
+    assert_eq!(used(&wide), 7.0);
+    assert!(!scene.render(&wide).stderr.contains("raised"));
+}
+
+#[test]
 fn one_frame_is_said_to_be_the_first() {
     let scene = Scene::new();
     assert!(scene.render(&TINY).stderr.contains("1 frame: "));

@@ -28,7 +28,7 @@ pub use flock::{Boid, FLOCK_LOOP_S, FLOCK_STEP_S, Flock, FlockGrid, FlockRules};
 pub use layout_file::{parse_layout, write_layout};
 pub use motion_graph::{MotionGraph, MotionState, MotionWay, Stay, UsualClip};
 pub use motion_schedule::{MotionStretch, Schedule, StateClip, deal_schedule};
-pub use place::place;
+pub use place::{place, seat_steps, spacing_used};
 pub use trajectory::Trajectories;
 pub use walker::{Cast, Gait, GaitClip, LEAST_CLIP_SPEED_M_S, Mover, RootPath, Walker, WalkerTraits};
 pub use waypoints::Waypoints;
@@ -76,6 +76,17 @@ pub struct Kind {
     pub footprint_m: f32,
     /// Durations of its clips, seconds; at least one.
     pub clip_durations_s: Vec<f32>,
+}
+
+/// A ring of ground that seats stand on, metres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeatStep {
+    /// Radius of its inner edge.
+    pub inner_m: f32,
+    /// Radius of its outer edge.
+    pub outer_m: f32,
+    /// Above the ground.
+    pub height_m: f32,
 }
 
 /// Places and ways of standing.

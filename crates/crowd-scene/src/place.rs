@@ -5,10 +5,14 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use crate::dice::{Dice, Purpose};
-use crate::{Instance, Kind, Layout, Leaving};
+use crate::{Instance, Kind, Layout, Leaving, SeatStep};
 
-/// Share of the spacing by which [`Layout::Grid`] moves a person from the exact spot, each axis, each way.
-const GRID_SHUFFLE: f32 = 0.16;
+/// Most shares of the spacing by which [`Layout::Grid`] moves a person from the exact spot, X and Z, each way.
+const GRID_SHUFFLE: [f32; 2] = [0.16, 0.16];
+/// The same of [`Layout::Street`].
+const STREET_SHUFFLE: [f32; 2] = [0.12, 0.3];
+/// Most share by which a person is larger or smaller than the character.
+const SIZES: f32 = 0.06;
 /// From one ring of seats to the next, in spacings.
 const SEAT_DEPTH: f32 = 1.3;
 /// How much higher the next ring is, in spacings.
@@ -22,9 +26,9 @@ const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 /// indices out of range are passed over); a missing or empty list means all.
 /// Character, clip and phase come from a hash of the instance's number and `seed`: the same crowd every time.
 ///
-/// `spacing_m`: from one person to the next, metres; raised to twice the largest footprint so that nobody stands in
-/// another, and taken as 1 where it is not a positive number. Empty when there are no kinds. A kind without clips gets
-/// clip 0 at phase 0.
+/// `spacing_m`: from one person to the next, metres, see [`spacing_used`]. Nobody stands in another: whoever is moved from the exact
+/// spot stays within their own square of that side, and is made larger only where that leaves the room. Empty when there are no kinds. A
+/// kind without clips gets clip 0 at phase 0.
 pub fn place(
     layout: Layout,
     count: u32,
@@ -37,22 +41,28 @@ pub fn place(
         return Vec::new();
     }
     let allowed: Vec<Vec<u32>> = (0..kinds.len()).map(|k| clips_of(kinds, clips, k)).collect();
-    let wanted = if spacing_m.is_finite() && spacing_m > 0.0 { spacing_m } else { 1.0 };
-    let widest = kinds.iter().map(|kind| kind.footprint_m).filter(|f| f.is_finite()).fold(0.0, f32::max);
-    let spacing = wanted.max(2.0 * widest);
+    let spacing = spacing_used(layout, spacing_m, kinds);
+    // What everyone has to themselves around their spot.
+    let own_m = 0.5 * spacing * closest_share(layout);
     let side = ceil_sqrt(count);
     let rings = if layout == Layout::Seats { rings_of(count, spacing) } else { Vec::new() };
     (0..count)
         .map(|index| {
             let dice = Dice { seed, index };
+            let character = dice.below(Purpose::Character, kinds.len() as u32);
+            let body_m = body_of(&kinds[character as usize]);
+            let scale = match layout {
+                Layout::Ranks => 1.0,
+                _ => (1.0 + SIZES * dice.around_zero(Purpose::Scale)).min(own_m / body_m.max(1e-6)),
+            };
+            let free_m = (own_m - body_m * scale).max(0.0);
             let spot = match layout {
-                Layout::Grid => grid_spot(index, count, side, spacing, &dice),
+                Layout::Grid => grid_spot(index, count, side, spacing, &dice, free_m),
                 Layout::Disc => disc_spot(index, spacing, &dice),
                 Layout::Ranks => ranks_spot(index, count, side, spacing),
-                Layout::Street => street_spot(index, count, side, spacing, &dice),
+                Layout::Street => street_spot(index, count, side, spacing, &dice, free_m),
                 Layout::Seats => seat_spot(index, &rings, spacing, &dice),
             };
-            let character = dice.below(Purpose::Character, kinds.len() as u32);
             let choice = &allowed[character as usize];
             let clip = match choice.len() {
                 0 => 0,
@@ -63,7 +73,7 @@ pub fn place(
             Instance {
                 position: spot.position,
                 yaw_rad: spot.yaw_rad,
-                scale: spot.scale,
+                scale,
                 character,
                 clip,
                 phase_s: dice.unit(Purpose::Phase) * duration,
@@ -73,11 +83,39 @@ pub fn place(
         .collect()
 }
 
+/// The spacing that [`place`] takes when asked for `spacing_m`: 1 where that is not a positive number, and raised so that two of the
+/// widest kind stand side by side.
+pub fn spacing_used(layout: Layout, spacing_m: f32, kinds: &[Kind]) -> f32 {
+    let wanted = if spacing_m.is_finite() && spacing_m > 0.0 { spacing_m } else { 1.0 };
+    let widest = kinds.iter().map(body_of).fold(0.0, f32::max);
+    wanted.max(2.0 * widest / closest_share(layout))
+}
+
+/// How near to each other the nearest two spots of a layout may be, in spacings.
+fn closest_share(layout: Layout) -> f32 {
+    match layout {
+        Layout::Grid | Layout::Ranks | Layout::Street => 1.0,
+        Layout::Disc => 0.95,
+        // A chord is a little shorter than its arc.
+        Layout::Seats => 0.99,
+    }
+}
+
+/// Radius of a kind's body on the ground, metres.
+fn body_of(kind: &Kind) -> f32 {
+    if kind.footprint_m.is_finite() { kind.footprint_m.max(0.0) } else { 0.0 }
+}
+
+/// How far somebody is moved from the exact spot: at most these shares of the spacing, and no farther than is free.
+fn shuffled(dice: &Dice, spacing: f32, shares: [f32; 2], free_m: f32) -> Vec3 {
+    let [x, z] = shares.map(|share| (share * spacing).min(free_m));
+    Vec3::new(x * dice.around_zero(Purpose::X), 0.0, z * dice.around_zero(Purpose::Z))
+}
+
 /// Where and how one person stands.
 struct Spot {
     position: Vec3,
     yaw_rad: f32,
-    scale: f32,
 }
 
 /// Rows from the front (+Z) to the back, each centred; the last may be short.
@@ -90,45 +128,36 @@ fn row_and_column(index: u32, count: u32, columns: u32, spacing: f32) -> Vec3 {
     Vec3::new(x, 0.0, z)
 }
 
-fn grid_spot(index: u32, count: u32, side: u32, spacing: f32, dice: &Dice) -> Spot {
-    let shuffle = Vec3::new(dice.around_zero(Purpose::X), 0.0, dice.around_zero(Purpose::Z)) * (GRID_SHUFFLE * spacing);
+fn grid_spot(index: u32, count: u32, side: u32, spacing: f32, dice: &Dice, free_m: f32) -> Spot {
     Spot {
-        position: row_and_column(index, count, side, spacing) + shuffle,
+        position: row_and_column(index, count, side, spacing) + shuffled(dice, spacing, GRID_SHUFFLE, free_m),
         yaw_rad: dice.around_zero(Purpose::Yaw) * 0.6,
-        scale: 1.0 + 0.06 * dice.around_zero(Purpose::Scale),
     }
 }
 
 fn ranks_spot(index: u32, count: u32, side: u32, spacing: f32) -> Spot {
-    Spot { position: row_and_column(index, count, side, spacing), yaw_rad: 0.0, scale: 1.0 }
+    Spot { position: row_and_column(index, count, side, spacing), yaw_rad: 0.0 }
 }
 
 fn disc_spot(index: u32, spacing: f32, dice: &Dice) -> Spot {
     let radius = f64::from(spacing * SUNFLOWER) * (f64::from(index) + 0.5).sqrt();
     let angle = f64::from(index) * GOLDEN_ANGLE_RAD;
     let position = Vec3::new((radius * libm::sin(angle)) as f32, 0.0, (radius * libm::cos(angle)) as f32);
-    Spot {
-        position,
-        yaw_rad: dice.around_zero(Purpose::Yaw) * 0.9,
-        scale: 1.0 + 0.06 * dice.around_zero(Purpose::Scale),
-    }
+    Spot { position, yaw_rad: dice.around_zero(Purpose::Yaw) * 0.9 }
 }
 
 /// Even numbers walk along +Z on the right of the street's middle (-X), odd ones towards them on the other side.
-fn street_spot(index: u32, count: u32, side: u32, spacing: f32, dice: &Dice) -> Spot {
+fn street_spot(index: u32, count: u32, side: u32, spacing: f32, dice: &Dice, free_m: f32) -> Spot {
     let lanes = side.div_ceil(5).max(1);
     let towards = index.is_multiple_of(2);
     let place = index / 2;
     let rows = count.div_ceil(2).div_ceil(lanes);
     let (row, lane) = (place / lanes, place % lanes);
-    let x = (lane as f32 + 1.0 + 0.12 * dice.around_zero(Purpose::X)) * spacing;
-    let z = ((rows - 1) as f32 * 0.5 - row as f32 + 0.3 * dice.around_zero(Purpose::Z)) * spacing;
+    let shuffle = shuffled(dice, spacing, STREET_SHUFFLE, free_m);
+    let x = (lane as f32 + 1.0) * spacing + shuffle.x;
+    let z = ((rows - 1) as f32 * 0.5 - row as f32) * spacing + shuffle.z;
     let sway = dice.around_zero(Purpose::Yaw) * 0.08;
-    Spot {
-        position: Vec3::new(if towards { -x } else { x }, 0.0, z),
-        yaw_rad: if towards { sway } else { PI + sway },
-        scale: 1.0 + 0.06 * dice.around_zero(Purpose::Scale),
-    }
+    Spot { position: Vec3::new(if towards { -x } else { x }, 0.0, z), yaw_rad: if towards { sway } else { PI + sway } }
 }
 
 /// One ring of seats.
@@ -158,6 +187,20 @@ fn rings_of(count: u32, spacing: f32) -> Vec<Ring> {
     rings
 }
 
+/// The steps that the rings of [`Layout::Seats`] stand on, from the inside out: each ends where the next begins, the first lies on the ground.
+/// The same arguments as for [`place`]; nobody, or a single ring on the ground, needs none.
+pub fn seat_steps(count: u32, spacing_m: f32, kinds: &[Kind]) -> Vec<SeatStep> {
+    let spacing = spacing_used(Layout::Seats, spacing_m, kinds);
+    let rings = if count == 0 || kinds.is_empty() { Vec::new() } else { rings_of(count, spacing) };
+    let half = 0.5 * SEAT_DEPTH * spacing;
+    let step = |(ring, number): (&Ring, u16)| SeatStep {
+        inner_m: ring.radius_m - half,
+        outer_m: ring.radius_m + half,
+        height_m: f32::from(number) * spacing * SEAT_RISE,
+    };
+    rings.iter().zip(0..).map(step).skip(1).collect()
+}
+
 fn seat_spot(index: u32, rings: &[Ring], spacing: f32, dice: &Dice) -> Spot {
     let ring = rings.partition_point(|ring| ring.first <= index).max(1) - 1;
     let Ring { first, seats, radius_m } = rings[ring];
@@ -169,7 +212,6 @@ fn seat_spot(index: u32, rings: &[Ring], spacing: f32, dice: &Dice) -> Spot {
     Spot {
         position: Vec3::new(sin * radius_m, up, cos * radius_m),
         yaw_rad: libm::atan2f(-sin, -cos) + 0.12 * dice.around_zero(Purpose::Yaw),
-        scale: 1.0 + 0.06 * dice.around_zero(Purpose::Scale),
     }
 }
 
@@ -216,6 +258,28 @@ mod tests {
         closest
     }
 
+    /// How far two bodies are in each other at most.
+    fn deepest(crowd: &[Instance], kinds: &[Kind]) -> f32 {
+        let body = |one: &Instance| kinds[one.character as usize].footprint_m * one.scale;
+        let mut deepest = f32::NEG_INFINITY;
+        for (i, a) in crowd.iter().enumerate() {
+            for b in &crowd[i + 1..] {
+                let apart = Vec3::new(a.position.x - b.position.x, 0.0, a.position.z - b.position.z).length();
+                deepest = deepest.max(body(a) + body(b) - apart);
+            }
+        }
+        deepest
+    }
+
+    #[test]
+    fn bodies_in_each_other_are_seen() {
+        let kinds = [Kind { footprint_m: 0.5, ..Kind::default() }];
+        let mut crowd = place(Layout::Ranks, 9, 1.0, &kinds, &[], 0);
+        assert!(deepest(&crowd, &kinds) < 1e-3);
+        crowd[4].position.x += 0.2;
+        assert!(deepest(&crowd, &kinds) > 0.1);
+    }
+
     proptest! {
         #[test]
         fn any_crowd_is_whole_repeatable_and_in_range(
@@ -241,9 +305,32 @@ mod tests {
 
         #[test]
         fn people_keep_their_distance(which in 0_usize..5, count in 2_u32..300, spacing in 0.9_f32..3.0, seed: u32) {
-            let least = [1.0 - 2.0 * GRID_SHUFFLE, 0.95, 0.999, 0.39, 0.94][which] * spacing;
+            let least = [1.0 - 2.0 * GRID_SHUFFLE[0], 0.95, 0.999, 0.39, 0.99][which] * spacing;
             let crowd = place(LAYOUTS[which], count, spacing, &kinds(), &[], seed);
             prop_assert!(closest(&crowd) >= least, "{} < {least}", closest(&crowd));
+        }
+
+        #[test]
+        fn nobody_stands_in_another(
+            which in 0_usize..5, count in 2_u32..300, spacing in 0.05_f32..4.0, seed: u32,
+            bodies in proptest::collection::vec(0.05_f32..1.5, 1..5),
+        ) {
+            let kinds: Vec<Kind> = bodies.iter().map(|&footprint_m| Kind { footprint_m, ..Kind::default() }).collect();
+            let crowd = place(LAYOUTS[which], count, spacing, &kinds, &[], seed);
+            prop_assert!(deepest(&crowd, &kinds) < 1e-3, "{} m into each other", deepest(&crowd, &kinds));
+        }
+
+        #[test]
+        fn seats_stand_on_their_steps(count in 1_u32..600, spacing in 0.2_f32..3.0) {
+            let steps = seat_steps(count, spacing, &kinds());
+            for person in place(Layout::Seats, count, spacing, &kinds(), &[], 1) {
+                let out = libm::hypotf(person.position.x, person.position.z);
+                let step = steps.iter().find(|step| (step.inner_m..step.outer_m).contains(&out));
+                prop_assert_eq!(step.map_or(0.0, |step| step.height_m), person.position.y);
+            }
+            for pair in steps.windows(2) {
+                prop_assert!((pair[0].outer_m - pair[1].inner_m).abs() < 1e-3 && pair[0].height_m < pair[1].height_m);
+            }
         }
 
         #[test]

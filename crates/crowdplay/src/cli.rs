@@ -114,7 +114,8 @@ pub struct Args {
     pub layout: String,
 
     /// A crowd simulator's trajectories instead of a layout: JuPedSim's database, the Juelich archive's text, Vadere's
-    /// text, or comma-separated values; people come and leave, and it begins anew after its end
+    /// text, or comma-separated values; people come and leave, and it begins anew after its end. Characters wider than 1.2 m
+    /// are left out, here and by --walk, unless --characters names them
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["count", "layout", "spacing"],
           help_heading = "Crowd")]
     pub trajectories: Option<PathBuf>,
@@ -154,7 +155,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "trajectories", help_heading = "Crowd")]
     pub walkable: Option<PathBuf>,
 
-    /// Metres between neighbours [default: from the characters' size]
+    /// Metres between neighbours, raised to what the widest character needs [default: from the characters' size]
     #[arg(long, value_name = "M", value_parser = positive, help_heading = "Crowd")]
     pub spacing: Option<f32>,
 

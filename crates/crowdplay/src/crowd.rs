@@ -1,14 +1,15 @@
 //! From a pack to the instances of a crowd: who, where, with which clip.
 
+use crate::bodies::{kept, kind, raised, usual_spacing, who_walks};
 use crate::moving::{Feed, Moving, mover, with_root_paths};
-use crate::plan::{ClipPlan, CrowdPlan, HeightPlan, ImpostorsPlan, LayoutPlan, Simulator};
+use crate::plan::{ClipPlan, CrowdPlan, FeedPlan, HeightPlan, ImpostorsPlan, LayoutPlan, Simulator};
 use crate::scenery::Scenery;
 use crate::schedules::{Actor, Schedules};
 use crate::view::read_text;
 use crate::{Error, Result, stats};
 use crowd_pack::{ManifestCharacter, Pack};
 use crowd_scene::{Camera, Instance, Kind, Layout, WalkableArea};
-use crowd_stages::{CrowdData, InstanceRecord, LodChoice, cpu};
+use crowd_stages::{CrowdData, InstanceRecord, cpu};
 use glam::Vec3;
 use std::path::Path;
 
@@ -48,13 +49,13 @@ impl Crowd {
         true
     }
 
-    /// Sets what everyone of a crowd on its places plays by now, for whoever draws or poses it on the CPU; the GPU looks it up
     /// Triangles of those present at full detail.
     pub fn present_triangles(&self) -> u64 {
         let of = |one: &InstanceRecord| u64::from(self.data.characters[one.character as usize].triangle_count);
         self.instances.iter().map(of).sum()
     }
 
+    /// Sets what everyone of a crowd on its places plays by now, for whoever draws or poses it on the CPU; the GPU looks it up
     /// itself.
     pub fn play(&mut self, time_s: f32) {
         if let Some(schedules) = &self.schedules {
@@ -132,31 +133,36 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
         data.clip_speeds = cpu::clip_speeds(&data);
     }
     let manifest = &pack.contents().manifest.characters;
-    let characters = choose_characters(manifest, &plan.characters)?;
+    let mut characters = choose_characters(manifest, &plan.characters)?;
     let mut remarks = Vec::new();
     if lacks_impostors {
         remarks.push("this pack has no impostors (--impostors); crowdbake bake --impostors 16 makes some".to_owned());
     }
-    let clips = choose_clips(manifest, &characters, &plan.clips, &mut remarks)?;
-    let factors = choose_factors(&data, manifest, &characters, &plan.height, &mut remarks)?;
-    let clips = if plan.layout == LayoutPlan::Named(Layout::Seats) && plan.clips == ClipPlan::Usual {
-        seated(manifest, &characters, clips)
-    } else {
-        clips
-    };
+    let mut clips = choose_clips(manifest, &characters, &plan.clips, &mut remarks)?;
+    let mut factors = choose_factors(&data, manifest, &characters, &plan.height, &mut remarks)?;
+    if plan.layout == LayoutPlan::Named(Layout::Seats) && plan.clips == ClipPlan::Usual {
+        clips = seated(manifest, &characters, clips);
+    }
     let names_of = |c: u32| -> Vec<&str> { manifest[c as usize].clips.iter().map(|clip| clip.name.as_str()).collect() };
-    let kinds: Vec<Kind> = (0..characters.len())
+    let mut kinds: Vec<Kind> = (0..characters.len())
         .map(|k| Kind {
             name: manifest[characters[k] as usize].name.clone(),
             clip_names: names_of(characters[k]).into_iter().map(str::to_owned).collect(),
             ..kind(&data, characters[k], &clips[k], factors[k])
         })
         .collect();
+    if matches!(plan.layout, LayoutPlan::Feed(FeedPlan::Trajectories { .. } | FeedPlan::Walk { .. })) {
+        let stays = who_walks(&kinds, !plan.characters.is_empty(), &mut remarks);
+        (characters, clips) = (kept(characters, &stays), kept(clips, &stays));
+        (factors, kinds) = (kept(factors, &stays), kept(kinds, &stays));
+    }
 
     let mut moving = None;
     let (placed, spacing_m) = match &plan.layout {
         LayoutPlan::Named(layout) => {
-            let spacing_m = plan.spacing_m.unwrap_or_else(|| usual_spacing(&kinds));
+            let asked_m = plan.spacing_m.unwrap_or_else(|| usual_spacing(&kinds));
+            let spacing_m = crowd_scene::spacing_used(*layout, asked_m, &kinds);
+            remarks.extend(plan.spacing_m.and_then(|asked_m| raised(asked_m, spacing_m, &kinds)));
             (crowd_scene::place(*layout, plan.count, spacing_m, &kinds, &clips, plan.seed), spacing_m)
         }
         LayoutPlan::File(path) => (read_layout(path, &kinds, &clips)?, 0.0),
@@ -333,38 +339,6 @@ fn usual_clips(names: &[&str]) -> Vec<u32> {
     choices.into_iter().chain([moving]).find(|found| !found.is_empty()).unwrap_or(all)
 }
 
-fn kind(data: &CrowdData, character: u32, clips: &[u32], factor: f32) -> Kind {
-    let record = &data.characters[character as usize];
-    let durations =
-        (0..record.clip_count.max(1)).map(|i| data.clips[(record.clip_offset + i) as usize].duration_s).collect();
-    Kind { footprint_m: factor * footprint_m(data, character, clips), clip_durations_s: durations, ..Kind::default() }
-}
-
-/// Radius on the ground that holds nine tenths of the coarsest level's vertices at the start and in the middle of the
-/// clips that play: the body, not the tip of its sword.
-fn footprint_m(data: &CrowdData, character: u32, clips: &[u32]) -> f32 {
-    let record = &data.characters[character as usize];
-    let choice = LodChoice { vertex_count: record.min_vertex_count, triangle_count: record.min_triangle_count };
-    let mut greatest = 0.01f32;
-    for &clip in clips.iter().take(8) {
-        let clip = record.clip_offset + clip;
-        let instance = InstanceRecord { scale: 1.0, character, clip, ..Default::default() };
-        for time_s in [0.0, 0.5 * data.clips[clip as usize].duration_s] {
-            let posed = cpu::pose_instance(data, &instance, choice, time_s);
-            let mut radii: Vec<f32> = posed.positions.iter().map(|&[x, _, z]| (x * x + z * z).sqrt()).collect();
-            radii.sort_by(f32::total_cmp);
-            greatest = radii.get(radii.len() * 9 / 10).copied().unwrap_or(0.0).max(greatest);
-        }
-    }
-    greatest
-}
-
-/// Room for everyone: a little between the widest.
-fn usual_spacing(kinds: &[Kind]) -> f32 {
-    let widest = kinds.iter().map(|kind| kind.footprint_m).fold(0.01, f32::max);
-    2.1 * widest
-}
-
 /// From this height on a character is taken to be drawn in centimetres: no building, no dinosaur walks in a crowd.
 const CENTIMETRES_FROM_M: f32 = 20.0;
 
@@ -448,7 +422,7 @@ fn summary(
 }
 
 /// Names with commas between, the first twelve.
-fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub(crate) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let names: Vec<&str> = names.into_iter().collect();
     let shown = names.iter().take(12).copied().collect::<Vec<_>>().join(", ");
     if names.len() > 12 { format!("{shown} and {} more", names.len() - 12) } else { shown }

@@ -5,6 +5,7 @@
 
 pub mod backend;
 pub mod bench;
+mod bodies;
 pub mod budget_words;
 pub mod camera_control;
 pub mod cli;
