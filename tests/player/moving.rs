@@ -84,6 +84,18 @@ fn whoever_is_much_wider_than_a_person_does_not_walk_unless_named() {
 
 #[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1")]
 #[test]
+fn seats_stand_on_steps_and_all_of_them_are_in_the_picture() {
+    let scene = Scene::new();
+    let words = |layout, backend| ["--layout", layout, "--count", "200", "--size", "192x108", "--backend", backend];
+    let (gpu, cpu) = (scene.picture(&words("seats", "gpu")), scene.picture(&words("seats", "cpu")));
+    // Steps are of a warmer grey than the endless plane and the sky.
+    let warm = |picture: &image::RgbImage| picture.pixels().filter(|p| p.0[0] > p.0[2].saturating_add(14)).count();
+    assert!(warm(&gpu) > 192 * 108 / 5 && warm(&cpu) > 192 * 108 / 5, "{} and {}", warm(&gpu), warm(&cpu));
+    assert_eq!(scene.report(&words("seats", "cpu"))["frames"][0]["visible"], 200);
+}
+
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1")]
+#[test]
 fn the_gpu_follows_who_comes_and_who_leaves() {
     let scene = Scene::new();
     let file = scene.path("gap.csv");

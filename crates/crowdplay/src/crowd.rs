@@ -101,6 +101,9 @@ impl Bounds {
     }
 }
 
+/// Corners at this share of a round place's box still have all of it in the picture.
+pub(crate) const ROUND: f32 = 0.8;
+
 /// Bytes of a layout file: some forty thousand people a megabyte.
 const LAYOUT_BYTES: u64 = 1 << 30;
 
@@ -192,13 +195,22 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
             (bounds.min, bounds.max) = (bounds.min.min(low), bounds.max.max(high));
             crowd_scene::overlook(bounds.min, bounds.max, aspect)
         }
+        // Rings that rise around a stage are seen from above, or the nearest would hide the others.
+        None if plan.layout == LayoutPlan::Named(Layout::Seats) => {
+            // They are round: their box would have empty corners.
+            let inwards = Vec3::new(ROUND, 1.0, ROUND);
+            crowd_scene::overlook(bounds.min * inwards, bounds.max * inwards, aspect)
+        }
         None => crowd_scene::frame_crowd(&placed, bounds.height_m, aspect),
     };
     let summary = summary(&data, manifest, &characters, &clips, &instances, spacing_m, plan.seed);
-    let scenery = match &plan.walkable {
+    let mut scenery = match &plan.walkable {
         Some(path) => read_walkable(path)?,
         None => moving.as_ref().map_or(Ok(Scenery::default()), Moving::scenery)?,
     };
+    if plan.layout == LayoutPlan::Named(Layout::Seats) {
+        scenery.add_steps(&crowd_scene::seat_steps(plan.count, spacing_m, &kinds));
+    }
     let simulator = plan.simulator;
     Ok(Crowd { data, instances, summary, bounds, framed, remarks, moving, schedules, scenery, simulator, shown })
 }
