@@ -491,12 +491,14 @@ struct BoidRecord {
     gait_before: u32,
     ran_m: f32,
     changed_s: f32,
-    reserved: u32,
+    wider_m: f32,
 }
 
 struct SortedBoid {
     place: vec2f,
     velocity: vec2f,
+    wider_m: f32,
+    reserved: u32,
 }
 
 struct BoidTraits {

@@ -32,6 +32,6 @@ fn fill_cells(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation
     }
     if i < flock.boid_count {
         let boid = boids[sorted_numbers[i]];
-        sorted_boids[i] = SortedBoid(boid.place, boid.velocity);
+        sorted_boids[i] = SortedBoid(boid.place, boid.velocity, boid.wider_m, 0u);
     }
 }

@@ -84,12 +84,14 @@ fn steering(me: SortedBoid, number: u32) -> Steering {
                 velocities += other.velocity;
                 places += other.place;
             }
-            if distance < flock.apart_m {
+            // As if both were as wide as a person.
+            let near = distance - (me.wider_m + other.wider_m);
+            if near < flock.apart_m {
                 // Two in one spot part by their numbers.
                 let sideways = vec2f(select(-1.0, 1.0, other_number < number), 0.0);
                 let direction = direction_or(away, sideways);
-                apart += direction * min(flock.apart_m / max(distance, 0.05) - 1.0, 8.0);
-                push += direction * (0.5 * max(flock.bodies_m - distance, 0.0));
+                apart += direction * min(flock.apart_m / max(near, 0.05) - 1.0, 8.0);
+                push += direction * (0.5 * max(flock.bodies_m - near, 0.0));
             }
         }
     }

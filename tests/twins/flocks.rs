@@ -9,7 +9,9 @@ use crowdplay::simulation::{boid_record, boid_traits, flock_config, mover_record
 
 /// A flock after some seconds, by the scene.
 pub fn flock(count: u32, time_s: f32) -> Flock {
-    let mut flock = Flock::new(count, 7, FlockRules::default());
+    // Some are animals, wider than a person.
+    let radius_m = |number: u32| if number % 5 == 0 { 0.9 } else { 0.3 };
+    let mut flock = Flock::of_bodies(count, 7, FlockRules::default(), radius_m);
     flock.advance_to(time_s);
     flock
 }
@@ -120,6 +122,9 @@ fn what_does_not_fit_together_is_refused() {
     assert!(refused(config, &good, &[BoidTraits { mover: 3, ..traits[0] }; 4]).is_some());
     assert!(refused(config, &[BoidRecord { gait: 3, ..good[0] }; 4], &traits).is_some());
     assert!(refused(config, &[BoidRecord { place: [f32::NAN, 0.0], ..good[0] }; 4], &traits).is_some());
+    assert!(refused(FlockConfig { sight_m: 2.0, ..config }, &good, &traits).is_some(), "the widest are seen too late");
+    assert!(refused(config, &[BoidRecord { wider_m: f32::NAN, ..good[0] }; 4], &traits).is_some());
+    assert!(refused(config, &[BoidRecord { wider_m: -0.1, ..good[0] }; 4], &traits).is_some());
     let slow_first = [config.speed_m_s[1], config.speed_m_s[0]];
     for rules in [
         FlockConfig { cohesion: f32::NAN, ..config },

@@ -49,6 +49,9 @@ fn a_step_is_the_same_within_roundings() {
         let (gpu, cpu) = (on_gpu(&config, &all), by_twin(&config, &all));
         assert!(apart(&gpu, &cpu) <= count as usize / 500, "{} of {count}", apart(&gpu, &cpu));
         if count == 3000 {
+            let narrow: Vec<BoidRecord> = all.iter().map(|boid| BoidRecord { wider_m: 0.0, ..*boid }).collect();
+            let seen = apart(&gpu, &by_twin(&config, &narrow));
+            assert!(seen > 300, "other bodies are seen in {seen} of {count}");
             let other = FlockConfig { alignment: config.alignment * 1.5, ..config };
             let seen = apart(&gpu, &by_twin(&other, &all));
             assert!(seen > 300, "another rule is seen in {seen} of {count}");

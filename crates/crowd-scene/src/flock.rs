@@ -18,6 +18,10 @@ pub const FLOCK_LOOP_S: f32 = 600.0;
 pub const FLOCK_STEP_S: f32 = 1.0 / 30.0;
 /// Square metres a person.
 const ROOM_M2: f32 = 2.6;
+/// Rounds in which those who are too wide for their first places part.
+const PARTING_ROUNDS: u32 = 24;
+/// They go at most this far in a round.
+const MOST_PARTING_M: f32 = 0.3;
 /// The grid ends this far outside the place; who is farther out counts as in the outermost cells.
 const GRID_MARGIN_M: f32 = 6.0;
 /// Far fewer cells than people need would be slow, far more would be large: both sides end here.
@@ -32,15 +36,16 @@ pub struct FlockRules {
     pub alignment: f32,
     /// Goes towards the neighbours' middle.
     pub cohesion: f32,
-    /// Comfortable distance.
+    /// Comfortable distance between two people; wider bodies have theirs besides ([`Boid::wider_m`]).
     pub apart_m: f32,
     /// Slowest and fastest; each person wants a pace between them.
     pub speed_m_s: [f32; 2],
-    /// Who is nearer is a neighbour; also the side of a cell of the grid.
+    /// Who is nearer is a neighbour; also the side of a cell of the grid. A flock of
+    /// wide bodies sees as much farther.
     pub sight_m: f32,
     /// Nobody follows more neighbours than this: the own cell's first, in order of number. Everyone keeps apart from all.
     pub most_followed: u32,
-    /// Two people's bodies: who is nearer is pushed away.
+    /// Two people's bodies: who is nearer is pushed away; wider bodies have theirs besides.
     pub bodies_m: f32,
     /// By at most this in a step.
     pub most_push_m: f32,
@@ -75,10 +80,11 @@ impl Default for FlockRules {
 #[derive(Debug, Clone)]
 pub struct Flock {
     rules: FlockRules,
-    seed: u32,
     radius_m: f32,
     steps: u32,
     people: Vec<Boid>,
+    /// Everyone at time 0.
+    first: Vec<Boid>,
 }
 
 /// One of a flock at one time.
@@ -102,6 +108,8 @@ pub struct Boid {
     pub gait_before: Gait,
     /// Seconds since the gait changed; infinite where it never did.
     pub changed_s: f32,
+    /// Metres that the body's radius is beyond a person's, half of [`FlockRules::bodies_m`].
+    pub wider_m: f32,
 }
 
 /// Cells over a flock's place, squares of [`FlockRules::sight_m`]; the outermost ones reach to infinity.
@@ -118,8 +126,54 @@ pub struct FlockGrid {
 impl Flock {
     /// `count` people around the origin at time 0, walking on.
     pub fn new(count: u32, seed: u32, rules: FlockRules) -> Self {
-        let radius_m = libm::sqrtf(count as f32 * ROOM_M2 / PI).max(3.0);
-        Self { rules, seed, radius_m, steps: 0, people: start(count, seed, radius_m, &rules) }
+        Self::of_bodies(count, seed, rules, |_| 0.0)
+    }
+
+    /// The same of bodies of any size: `radius_m` says that of each by number, metres; who is narrower than a person has a person's room.
+    pub fn of_bodies(count: u32, seed: u32, mut rules: FlockRules, radius_m: impl Fn(u32) -> f32) -> Self {
+        let beyond = |number| (radius_m(number) - 0.5 * rules.bodies_m).max(0.0);
+        let wider_m: Vec<f32> = (0..count).map(beyond).map(|m| if m.is_finite() { m } else { 0.0 }).collect();
+        let widest_m = wider_m.iter().copied().fold(0.0, f32::max);
+        // Whoever has to be kept apart from is a neighbour, and so stands in one of the nine cells around.
+        rules.sight_m = rules.sight_m.max(rules.apart_m) + 2.0 * widest_m;
+        let more = |wider_m: &f32| {
+            let across_m = f64::from(ROOM_M2).sqrt() + 2.0 * f64::from(*wider_m);
+            across_m * across_m - f64::from(ROOM_M2)
+        };
+        let room_m2 = count as f32 * ROOM_M2 + wider_m.iter().map(more).sum::<f64>() as f32;
+        let radius_m = libm::sqrtf(room_m2 / PI).max(3.0);
+        let people = start(seed, radius_m, &rules, &wider_m);
+        let mut flock = Self { rules, radius_m, steps: 0, people: Vec::new(), first: people };
+        for _ in 0..if widest_m > 0.0 { PARTING_ROUNDS } else { 0 } {
+            if !flock.part() {
+                break;
+            }
+        }
+        flock.people.clone_from(&flock.first);
+        flock
+    }
+
+    /// Everyone's first place a little out of others' bodies; false where nobody stood in any.
+    fn part(&mut self) -> bool {
+        let grid = Grid::new(&self.first, self.grid(), self.rules.sight_m);
+        let out = |i: usize| {
+            let (mut push, me) = (Vec2::ZERO, &self.first[i]);
+            grid.around(me.place, |j| push += self.push(i, me, j as usize, &self.first[j as usize]));
+            push.clamp_length_max(MOST_PARTING_M)
+        };
+        let pushes: Vec<Vec2> = (0..self.first.len()).into_par_iter().map(out).collect();
+        self.first.iter_mut().zip(&pushes).for_each(|(boid, push)| boid.place += *push);
+        pushes.iter().any(|push| *push != Vec2::ZERO)
+    }
+
+    /// Half of the way out of another's body.
+    fn push(&self, i: usize, me: &Boid, j: usize, other: &Boid) -> Vec2 {
+        let away = me.place - other.place;
+        let near = away.length() - (me.wider_m + other.wider_m);
+        if i == j || near >= self.rules.bodies_m {
+            return Vec2::ZERO;
+        }
+        away.normalize_or(aside(i, j)) * (0.5 * (self.rules.bodies_m - near))
     }
 
     /// Radius of the place, metres; people turn back at its rim and go a few metres beyond at most.
@@ -155,7 +209,7 @@ impl Flock {
     pub fn advance_to(&mut self, time_s: f32) {
         let wanted = Self::steps_at(time_s);
         if wanted < self.steps {
-            self.people = start(self.people.len() as u32, self.seed, self.radius_m, &self.rules);
+            self.people.clone_from(&self.first);
             self.steps = 0;
         }
         while self.steps < wanted {
@@ -227,12 +281,12 @@ impl Flock {
                 velocities += other.velocity;
                 places += other.place;
             }
-            if distance < self.rules.apart_m {
-                // Two in one spot part by their numbers.
-                let sideways = if (j as usize) < i { Vec2::X } else { Vec2::NEG_X };
-                let away = away.normalize_or(sideways);
-                apart += away * (self.rules.apart_m / distance.max(0.05) - 1.0).min(8.0);
-                push += away * (0.5 * (self.rules.bodies_m - distance).max(0.0));
+            // As if both were as wide as a person.
+            let near = distance - (me.wider_m + other.wider_m);
+            if near < self.rules.apart_m {
+                let away = away.normalize_or(aside(i, j as usize));
+                apart += away * (self.rules.apart_m / near.max(0.05) - 1.0).min(8.0);
+                push += away * (0.5 * (self.rules.bodies_m - near).max(0.0));
             }
         });
         let mut pull = self.rules.separation * apart;
@@ -252,11 +306,17 @@ impl Flock {
     }
 }
 
+/// Two in one spot part by their numbers.
+fn aside(i: usize, j: usize) -> Vec2 {
+    if j < i { Vec2::X } else { Vec2::NEG_X }
+}
+
 /// A sunflower as in the layout, everyone with a direction and a pace of their own.
-fn start(count: u32, seed: u32, radius_m: f32, rules: &FlockRules) -> Vec<Boid> {
+fn start(seed: u32, radius_m: f32, rules: &FlockRules, wider_m: &[f32]) -> Vec<Boid> {
     const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
     let [slowest, fastest] = rules.speed_m_s;
-    let boid = |index: u32| {
+    let count = wider_m.len() as u32;
+    let boid = |(index, &wider_m): (u32, &f32)| {
         let dice = Dice { seed, index };
         let angle = f64::from(index) * GOLDEN_ANGLE_RAD;
         let out = radius_m * 0.95 * libm::sqrtf((index as f32 + 0.5) / count.max(1) as f32);
@@ -274,9 +334,10 @@ fn start(count: u32, seed: u32, radius_m: f32, rules: &FlockRules) -> Vec<Boid> 
             ran_m: 0.0,
             gait_before: Gait::Walk,
             changed_s: f32::INFINITY,
+            wider_m,
         }
     };
-    (0..count).map(boid).collect()
+    (0..count).zip(wider_m).map(boid).collect()
 }
 
 /// People by cells, in order of their numbers within a cell.
@@ -386,6 +447,39 @@ mod tests {
             crowded += usize::from(nearest.fold(f32::INFINITY, f32::min) < 0.45);
         }
         assert!(crowded < 12, "{crowded} of 600 touch someone");
+    }
+
+    #[test]
+    fn wide_bodies_keep_as_far_apart_as_they_are_wide() {
+        // Two of seven are animals of two metres, as in the shipped cast.
+        let radius_m = |number: u32| if number % 7 < 2 { 1.0 } else { 0.3 };
+        let deepest = |boids: &[Boid]| {
+            let nearest = |(i, a): (usize, &Boid)| {
+                let bodies = |(j, b): (usize, &Boid)| {
+                    a.place.distance(b.place)
+                        - radius_m(i as u32)
+                        - if i == j { f32::NEG_INFINITY } else { radius_m(j as u32) }
+                };
+                boids.iter().enumerate().map(bodies).fold(f32::INFINITY, f32::min)
+            };
+            let mut gaps: Vec<f32> = boids.iter().enumerate().map(nearest).collect();
+            gaps.sort_by(f32::total_cmp);
+            gaps
+        };
+        let mut flock = Flock::of_bodies(500, 2, FlockRules::default(), radius_m);
+        assert!(flock.rules().sight_m >= 3.0 + 2.0 * (1.0 - 0.276));
+        let gaps = deepest(flock.boids());
+        assert!(gaps[0] > -0.1, "at the start somebody is {} m in another", -gaps[0]);
+        for time_s in [10.0, 40.0] {
+            flock.advance_to(time_s);
+            let gaps = deepest(flock.boids());
+            let touching = gaps.iter().filter(|gap| **gap < -0.1).count();
+            assert!(touching < 15 && gaps[0] > -0.5, "{touching} of 500 touch, {} m at most", -gaps[0]);
+        }
+        // As if all were people they would.
+        let mut people = Flock::new(500, 2, FlockRules::default());
+        people.advance_to(10.0);
+        assert!(deepest(people.boids()).iter().filter(|gap| **gap < -0.1).count() > 100);
     }
 
     #[test]

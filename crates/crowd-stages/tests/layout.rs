@@ -262,9 +262,9 @@ fn rust_layouts() -> Vec<Layout> {
             gait_before,
             ran_m,
             changed_s,
-            reserved,
+            wider_m,
         }),
-        layout!(SortedBoid { place, velocity }),
+        layout!(SortedBoid { place, velocity, wider_m, reserved }),
         layout!(BoidTraits { mover, scale, start, reserved }),
         layout!(GaitClipRecord {
             displacement_m,

@@ -8,7 +8,7 @@ use crate::schedules::{Actor, Schedules};
 use crate::view::read_text;
 use crate::{Error, Result, stats};
 use crowd_pack::{ManifestCharacter, Pack};
-use crowd_scene::{Camera, Instance, Kind, Layout, WalkableArea};
+use crowd_scene::{Camera, Cast, Instance, Kind, Layout, WalkableArea};
 use crowd_stages::{CrowdData, InstanceRecord, cpu};
 use glam::Vec3;
 use std::path::Path;
@@ -170,13 +170,17 @@ pub fn gather(pack: &Pack, plan: &CrowdPlan, aspect: f32) -> Result<Crowd> {
         }
         LayoutPlan::File(path) => (read_layout(path, &kinds, &clips)?, 0.0),
         LayoutPlan::Feed(feed) => {
-            let feed = Feed::open(feed, plan.count, plan.seed, &mut remarks)?;
             let movers = (0..characters.len()).map(|k| {
                 let mover = mover(&data, characters[k], &names_of(characters[k]), &clips[k], factors[k]);
                 with_root_paths(mover, &manifest[characters[k] as usize].clips)
             });
-            let feed = Moving::new(feed, movers.collect(), plan.seed, plan.fade_s);
-            (moving.insert(feed).everyone(), 0.0)
+            let cast = Cast { movers: movers.collect(), seed: plan.seed, fade_s: plan.fade_s };
+            let radius_m = |id: u32| {
+                let traits = cast.traits_of(id);
+                kinds[traits.mover as usize].footprint_m * traits.scale
+            };
+            let feed = Feed::open(feed, plan.count, plan.seed, radius_m, &mut remarks)?;
+            (moving.insert(Moving::new(feed, cast)).everyone(), 0.0)
         }
     };
     let shown: Vec<(u32, f32)> = characters.iter().copied().zip(factors).collect();

@@ -1,6 +1,6 @@
 //! Crowds that move: a feed says who is where at a time, and each of them becomes an instance with a clip.
 
-use crate::crowd::UNUSUAL_CLIPS;
+use crate::crowd::{ROUND, UNUSUAL_CLIPS};
 use crate::plan::FeedPlan;
 use crate::scenery::Scenery;
 use crate::step_match::turns_ahead;
@@ -33,11 +33,17 @@ pub enum Feed {
 
 impl Feed {
     /// Opens what the plan asks for. Also what the reader has to say. `count`: people on a walk; `seed`: of directions and
-    /// paces.
+    /// paces; `radius_m`: of somebody's body by number, metres.
     ///
     /// # Errors
     /// [`Error::Scene`] for a file that was refused.
-    pub fn open(plan: &FeedPlan, count: u32, seed: u32, remarks: &mut Vec<String>) -> Result<Self> {
+    pub fn open(
+        plan: &FeedPlan,
+        count: u32,
+        seed: u32,
+        radius_m: impl Fn(u32) -> f32,
+        remarks: &mut Vec<String>,
+    ) -> Result<Self> {
         match plan {
             FeedPlan::Trajectories { path, rate_hz } => {
                 refuse_unwritten(path)?;
@@ -48,7 +54,9 @@ impl Feed {
                 remarks.extend(ways.remarks().iter().map(|remark| format!("{}: {remark}", path.display())));
                 Ok(Self::Trajectories(Box::new(ways)))
             }
-            FeedPlan::Flock { count } => Ok(Self::Flock(Box::new(Flock::new(*count, seed, FlockRules::default())))),
+            FeedPlan::Flock { count } => {
+                Ok(Self::Flock(Box::new(Flock::of_bodies(*count, seed, FlockRules::default(), radius_m))))
+            }
             FeedPlan::Walk { path: None } => Ok(Self::Walk(Waypoints::around(count, WALK_SPACING_M), count, seed)),
             FeedPlan::Walk { path: Some(path) } => {
                 let text = crate::view::read_text(path, WAYPOINT_BYTES)?;
@@ -81,7 +89,7 @@ impl Feed {
             Self::Trajectories(ways) => ways.extent(),
             Self::Flock(flock) => {
                 // The place is round: its box would have empty corners.
-                let corner = 0.8 * Vec3::new(flock.radius_m(), 0.0, flock.radius_m());
+                let corner = ROUND * Vec3::new(flock.radius_m(), 0.0, flock.radius_m());
                 (-corner, corner)
             }
             Self::Walk(ways, ..) => ways.extent(),
@@ -132,9 +140,9 @@ pub struct Moving {
 }
 
 impl Moving {
-    /// `movers`: one for each character that the scene uses; `fade_s`: seconds from one gait to the next.
-    pub fn new(feed: Feed, movers: Vec<Mover>, seed: u32, fade_s: f32) -> Self {
-        Self { feed, cast: Cast { movers, seed, fade_s }, walkers: Vec::new() }
+    /// `cast`: with a mover for each character that the scene uses.
+    pub fn new(feed: Feed, cast: Cast) -> Self {
+        Self { feed, cast, walkers: Vec::new() }
     }
 
     /// Everyone there ever is, at least once each; characters as indices of movers.

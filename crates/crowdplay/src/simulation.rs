@@ -121,7 +121,7 @@ pub fn boid_record(boid: &crowd_scene::Boid) -> BoidRecord {
         ran_m: boid.ran_m,
         // Never is a number of seconds, too: shaders need not know infinity.
         changed_s: boid.changed_s.min(NEVER_S),
-        reserved: 0,
+        wider_m: boid.wider_m,
     }
 }
 

@@ -16,8 +16,8 @@ pub fn fill_cells(
     let first_of = |cell: u32| sorted_cells.partition_point(|other| *other < cell) as u32;
     let starts = (0..=flock.columns * flock.rows).map(first_of).collect();
     let copy = |number: &u32| {
-        let BoidRecord { place, velocity, .. } = boids[*number as usize];
-        SortedBoid { place, velocity }
+        let BoidRecord { place, velocity, wider_m, .. } = boids[*number as usize];
+        SortedBoid { place, velocity, wider_m, reserved: 0 }
     };
     (starts, sorted_numbers.iter().map(copy).collect())
 }

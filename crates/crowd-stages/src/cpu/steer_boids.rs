@@ -17,8 +17,8 @@ const CELLS: [(i32, i32); 9] = [(0, 0), (0, -1), (-1, 0), (1, 0), (0, 1), (-1, -
 ///
 /// `starts` and `sorted_boids`: of [`super::fill_cells`].
 ///
-/// Paper: Reynolds 1987, 1999 (Park & Han 2009 §4 use it). Departs: on the ground, among at most `most_followed` neighbours; bodies
-/// push each other apart. The rules are those of `Flock` in `crowd-scene`.
+/// Paper: Reynolds 1987, 1999 (Park & Han 2009 §4 use it). Departs: on the ground, among at most `most_followed` neighbours; bodies,
+/// each of its own width, push each other apart. The rules are those of `Flock` in `crowd-scene`.
 /// Twin: `shaders/stages/steer_boids.wgsl`. Within [`STEER_BOUND`] unless a distance lies on a rule's edge.
 pub fn steer_boids(
     flock: &FlockConfig,
@@ -54,7 +54,7 @@ fn moved(flock: &FlockConfig, boid: &BoidRecord, (pull, push): (Vec2, Vec2)) -> 
         gait_before: if changes { boid.gait } else { boid.gait_before },
         ran_m: boid.ran_m + if boid.gait == 2 { speed * flock.step_s } else { 0.0 },
         changed_s: if changes { 0.0 } else { changed_s },
-        reserved: 0,
+        wider_m: boid.wider_m,
     }
 }
 
@@ -99,12 +99,14 @@ impl Grid<'_> {
                 velocities += Vec2::from(other.velocity);
                 places += Vec2::from(other.place);
             }
-            if distance < flock.apart_m {
+            // As if both were as wide as a person.
+            let near = distance - (me.wider_m + other.wider_m);
+            if near < flock.apart_m {
                 // Two in one spot part by their numbers.
                 let sideways = if other_number < number { Vec2::X } else { Vec2::NEG_X };
                 let away = away.normalize_or(sideways);
-                apart += away * (flock.apart_m / distance.max(0.05) - 1.0).min(8.0);
-                push += away * (0.5 * (flock.bodies_m - distance).max(0.0));
+                apart += away * (flock.apart_m / near.max(0.05) - 1.0).min(8.0);
+                push += away * (0.5 * (flock.bodies_m - near).max(0.0));
             }
         });
         let mut pull = flock.separation * apart;

@@ -203,6 +203,10 @@ fn check(config: &FlockConfig, boids: &[BoidRecord], traits: &[BoidTraits], move
     if boids.iter().flat_map(numbers).any(|number| !number.is_finite()) {
         return wrong("a boid has a number that is not finite");
     }
+    let widest_m = boids.iter().map(|boid| boid.wider_m).fold(0.0, f32::max);
+    if !boids.iter().all(|boid| boid.wider_m >= 0.0) || config.apart_m + 2.0 * widest_m > sight_m * 1.0001 {
+        return wrong("a boid is wider than sight reaches, or narrower than a person");
+    }
     Ok(())
 }
 

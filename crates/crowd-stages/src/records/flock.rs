@@ -24,15 +24,15 @@ pub struct FlockConfig {
     pub alignment: f32,
     /// Weight of going towards the neighbours' middle.
     pub cohesion: f32,
-    /// Comfortable distance.
+    /// Comfortable distance between two people; wider bodies have theirs besides ([`BoidRecord::wider_m`]).
     pub apart_m: f32,
-    /// Who is nearer is a neighbour; the side of a cell.
+    /// Who is nearer is a neighbour; the side of a cell. At least what the two widest keep apart.
     pub sight_m: f32,
     /// Radius of the round place around the origin.
     pub radius_m: f32,
     /// They turn back from this share of it on.
     pub rim: f32,
-    /// Whose distance is less is pushed away.
+    /// Whose distance is less is pushed away; wider bodies have theirs besides.
     pub bodies_m: f32,
     /// By at most this in a step.
     pub most_push_m: f32,
@@ -78,11 +78,11 @@ pub struct BoidRecord {
     pub ran_m: f32,
     /// Seconds since the gait changed; many where it never did.
     pub changed_s: f32,
-    /// Zero.
-    pub reserved: u32,
+    /// Metres that its body's radius is beyond a person's, half of [`FlockConfig::bodies_m`]; not below 0.
+    pub wider_m: f32,
 }
 
-/// What neighbours need to know of a boid, 16 bytes; those of a cell lie side by side.
+/// What neighbours need to know of a boid, 24 bytes; those of a cell lie side by side.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, Default)]
 pub struct SortedBoid {
@@ -90,6 +90,10 @@ pub struct SortedBoid {
     pub place: [f32; 2],
     /// The same a second.
     pub velocity: [f32; 2],
+    /// [`BoidRecord::wider_m`].
+    pub wider_m: f32,
+    /// Zero.
+    pub reserved: u32,
 }
 
 /// What stays the same of a boid, 16 bytes.
