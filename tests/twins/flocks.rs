@@ -10,7 +10,7 @@ use crowdplay::simulation::{boid_record, boid_traits, flock_config, mover_record
 /// A flock after some seconds, by the scene.
 pub fn flock(count: u32, time_s: f32) -> Flock {
     // Some are animals, wider than a person.
-    let radius_m = |number: u32| if number % 5 == 0 { 0.9 } else { 0.3 };
+    let radius_m = |number: u32| if number.is_multiple_of(5) { 0.9 } else { 0.3 };
     let mut flock = Flock::of_bodies(count, 7, FlockRules::default(), radius_m);
     flock.advance_to(time_s);
     flock

@@ -40,8 +40,8 @@ pub struct FlockRules {
     pub apart_m: f32,
     /// Slowest and fastest; each person wants a pace between them.
     pub speed_m_s: [f32; 2],
-    /// Who is nearer is a neighbour; also the side of a cell of the grid. A flock of
-    /// wide bodies sees as much farther.
+    /// Who is nearer is a neighbour; also the side of a cell of the grid. A flock with wider bodies sees farther by what two of them are
+    /// wider.
     pub sight_m: f32,
     /// Nobody follows more neighbours than this: the own cell's first, in order of number. Everyone keeps apart from all.
     pub most_followed: u32,
