@@ -89,7 +89,8 @@ fn people(data: &CrowdData, count: u32, seed: u32) -> Vec<InstanceRecord> {
         let clips = record.clip_offset..record.clip_offset + record.clip_count;
         clips.map(|clip| data.clips[clip as usize].duration_s).collect()
     };
-    let kind = |c: usize| Kind { footprint_m: 0.4, clip_durations_s: durations(c), ..Default::default() };
+    // Narrow, so that a street shuffles them as far as it ever does: in straight rows few would own a pixel.
+    let kind = |c: usize| Kind { footprint_m: 0.15, clip_durations_s: durations(c), ..Default::default() };
     let kinds: Vec<Kind> = (0..data.characters.len()).map(kind).collect();
     let placed = crowd_scene::place(Layout::Street, count, 0.9, &kinds, &[], seed);
     let record = |one: &crowd_scene::Instance| InstanceRecord {
