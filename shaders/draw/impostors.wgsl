@@ -4,7 +4,7 @@
 @group(2) @binding(0) var<uniform> sheet: ImpostorSheet;
 // Linear base colour times coverage, and coverage.
 @group(2) @binding(1) var impostor_colors: texture_2d_array<f32>;
-// Normal in the character's space, a half more than half of it, and the share that light changes.
+// Normal in the character's space, a half more than half of it, and the share that light changes, both times coverage.
 @group(2) @binding(2) var impostor_normals: texture_2d_array<f32>;
 @group(2) @binding(3) var impostor_sampler: sampler;
 
@@ -168,12 +168,15 @@ fn impostor_at(texel: vec2f, across: vec2f, down: vec2f, tile: vec3u, look: vec4
     let color = textureSampleGrad(impostor_colors, impostor_sampler, at, tile.z, dx / size, dy / size);
     let stored = textureSampleGrad(impostor_normals, impostor_sampler, at, tile.z, dx / size, dy / size);
     // A byte of 128 is 0.
-    let turned = turn_by(look.xy, stored.xyz * (255.0 / 127.0) - 128.0 / 127.0);
+    let coverage = max(color.a, 1.0 / 255.0);
+    let turned = turn_by(look.xy, (stored.xyz * (255.0 / 127.0) - 128.0 / 127.0) / coverage);
     let length = length(turned);
     let normal = select(vec3f(0.0, 1.0, 0.0), turned / length, length > 1e-3);
+    // No mean of normals is longer than they are, but for rounding.
+    let mean_normal = turned / max(length, 1.0);
     // The flat picture stands in the shadow of its own body: look where that ends.
-    let light = mean_light(turned, sun_share(world_position + SUN_DIRECTION * look.w, normal));
-    let base = color.rgb / max(color.a, 1.0 / 255.0) * mix(vec3f(1.0), light, stored.a);
+    let light = mean_light(mean_normal, sun_share(world_position + SUN_DIRECTION * look.w, normal));
+    let base = color.rgb / coverage * mix(vec3f(1.0), light, min(stored.a / coverage, 1.0));
     return vec4f(through_fog(base, distance(world_position, config.eye), config.fog_per_m), color.a);
 }
 

@@ -123,7 +123,8 @@ impl Impostors {
     /// All poses of all characters below each other, and the mip levels of that down to tiles of two texels.
     pub fn mips(&self) -> Vec<ImpostorMip> {
         let all = |of: fn(&ImpostorPoses) -> &[[u8; 4]]| self.characters.iter().flat_map(of).copied().collect();
-        let mut mips = vec![ImpostorMip { color: all(|poses| &poses.color), normal: all(|poses| &poses.normal) }];
+        let mut mips =
+            vec![ImpostorMip { color: all(|poses| &poses.color), normal: all(|poses| &poses.normal) }.covered()];
         let light = LightTable::new();
         let mut width = self.width();
         for _ in 1..self.tile_px.max(2).ilog2() {
@@ -142,11 +143,23 @@ pub const VERTEX_WORDS: usize = 12;
 pub struct ImpostorMip {
     /// As in [`ImpostorPoses`].
     pub color: Vec<[u8; 4]>,
-    /// The same; of what is there.
+    /// Normal (128 is 0) and lit share, both times coverage: so their means, of filters too, are of what is there.
     pub normal: Vec<[u8; 4]>,
 }
 
 impl ImpostorMip {
+    /// Normals and lit shares times coverage.
+    fn covered(mut self) -> Self {
+        self.normal.par_iter_mut().zip(&self.color).for_each(|(normal, color)| {
+            let coverage = i32::from(color[3]);
+            let [x, y, z, lit] = *normal;
+            // Rounded to the nearest; what is added keeps the number above zero.
+            let times = |byte: u8| (((i32::from(byte) - 128) * coverage + 255 * 128 + 127) / 255) as u8;
+            *normal = [times(x), times(y), times(z), ((i32::from(lit) * coverage + 127) / 255) as u8];
+        });
+        self
+    }
+
     /// Means of four texels each. No tile reaches into another: their sides are powers of two.
     fn halve(&self, light: &LightTable, width: usize) -> Self {
         let half = width / 2;
@@ -156,9 +169,8 @@ impl ImpostorMip {
             let coverage: u32 = block.iter().map(|at| u32::from(self.color[*at][3])).sum();
             let color = |c: usize| light.mean(block.map(|at| self.color[at][c]));
             let normal = |c: usize| {
-                let sum: u32 =
-                    block.iter().map(|at| u32::from(self.normal[*at][c]) * u32::from(self.color[*at][3])).sum();
-                (sum + coverage / 2).checked_div(coverage).map_or(self.normal[corner][c], |mean| mean as u8)
+                let sum: u32 = block.iter().map(|at| u32::from(self.normal[*at][c])).sum();
+                ((sum + 2) / 4) as u8
             };
             let alpha = ((coverage + 2) / 4) as u8;
             ([color(0), color(1), color(2), alpha], [normal(0), normal(1), normal(2), normal(3)])
@@ -311,10 +323,10 @@ mod tests {
         for mip in &mips[1..] {
             let [r, _, _, alpha] = mip.color[0];
             assert!(r.abs_diff(137) <= 1 && alpha == 64, "half of the light and of the coverage: {:?}", mip.color[0]);
-            assert_eq!(mip.normal[0], [128, 128, 255, 255]);
+            assert_eq!(mip.normal[0], [128, 128, 160, 64], "a quarter of a normal to the front, a quarter lit");
         }
         assert_eq!(mips[1].color[7], [0; 4], "tiles do not reach into each other");
-        assert_eq!((mips[1].color[31][3], mips[1].normal[31]), (64, [255, 128, 128, 255]));
+        assert_eq!((mips[1].color[31][3], mips[1].normal[31]), (64, [160, 128, 128, 64]));
     }
 
     #[test]

@@ -7,8 +7,8 @@ use super::kernel::fetches_from_storage;
 use crate::dispatch::BLOCK_SIZE;
 use crate::{
     BucketCounts, BucketRecord, Buckets, CrowdData, CullRecord, DiscreteConfig, DrawConfig, Error, FillState,
-    FrameConfig, FrameTotals, InstanceRecord, LodChoice, MOST_POINTS, PointRecord, PoseCounts, Result,
-    WeightSums, discrete_config, dot_corners, surface_points,
+    FrameConfig, FrameTotals, InstanceRecord, LodChoice, MOST_POINTS, PointRecord, PoseCounts, Result, WeightSums,
+    discrete_config, dot_corners, surface_points,
 };
 use crowd_pack::Texel;
 use std::mem::{offset_of, size_of};
