@@ -11,6 +11,9 @@
 // The number of instances it is valid for, then a word for each; where nobody is left out for being hidden, anything.
 @group(0) @binding(7) var<storage, read> seen: array<u32>;
 
+// Depth is 1 near and 0 far.
+override REVERSED: bool = false;
+
 struct Mark {
     @builtin(position) clip_position: vec4f,
     @location(0) @interpolate(flat) color: vec3f,
@@ -161,7 +164,7 @@ fn tag(@builtin(vertex_index) corner: u32, @builtin(instance_index) i: u32) -> T
     let is_left_out = marks.view == VIEW_OCCLUSION && (seen[1u + i] & SIGHT_DRAWN) == 0u;
     let size = select(1.0, 0.4, is_left_out);
     let aside = place * half_px * size * 2.0 / vec2f(draw.width_px, draw.height_px) * at.w;
-    return Tag(vec4f(at.xy + aside, select(at.z, 0.0, is_left_out), at.w), place, said);
+    return Tag(vec4f(at.xy + aside, select(at.z, select(0.0, at.w, REVERSED), is_left_out), at.w), place, said);
 }
 
 @fragment

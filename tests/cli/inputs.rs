@@ -110,6 +110,21 @@ fn print_config_names_sources_from_the_folder_of_its_file() {
     assert!(text.contains(&format!("source = \"../../{TUBE}\"")), "{text}");
     bench.run(&["bake", "@plans/deep/crowd.toml", "-o", "@a.crowdpack"]).expect(0);
     bench.run(&["print-config", &format!("@{TUBE}"), "-o", &format!("@{TUBE}")]).expect(2);
+    // What cannot be planned leaves the old one alone.
+    bench.run(&["print-config", "@gone.glb", "-o", "@plans/deep/crowd.toml"]).expect(1);
+    assert_eq!(bench.read("plans/deep/crowd.toml"), text.as_bytes());
+}
+
+/// What an asset names lies beside its link.
+#[cfg(unix)]
+#[test]
+fn print_config_keeps_links() {
+    let bench = Bench::with(&[TUBE]);
+    std::fs::create_dir(bench.path("shown")).unwrap();
+    std::os::unix::fs::symlink(bench.path(TUBE), bench.path("shown/link.glb")).unwrap();
+    bench.run(&["print-config", "@shown/link.glb", "-o", "@crowd.toml"]).expect(0);
+    let text = String::from_utf8(bench.read("crowd.toml")).unwrap();
+    assert!(text.contains("source = \"shown/link.glb\""), "{text}");
 }
 
 #[test]

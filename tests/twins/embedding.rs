@@ -373,6 +373,11 @@ fn occlusion_culling_leaves_out_whom_the_engines_walls_hide() {
         let totals = host.frame(&mut crowd, &config, culling, [&[whole], &[]]);
         // One stands so near that their box reaches behind the eye.
         assert!(totals.visible_count <= 1 && totals.occluded_count > 50, "{totals:?}");
+        // Tags of those left out show through it.
+        let beside_wall = || host.picture.pixels().iter().filter(|pixel| **pixel != whole.color).count();
+        let untagged = beside_wall();
+        host.frame(&mut crowd, &config, DrawOptions { view: View::Occlusion, ..culling }, [&[whole], &[]]);
+        assert!(beside_wall() > untagged + 200, "{} of {untagged}, reversed: {reverse_z}", beside_wall());
         // Gone again: everyone is back at once.
         host.frame(&mut crowd, &config, culling, [&[left], &[right]]);
         assert!(host.picture.pixels() == expected, "reversed: {reverse_z}");
@@ -393,11 +398,16 @@ fn everything_can_be_drawn_into_a_reversed_stencil_of_several_samples() {
     let vertices =
         ground.map(|position| crowd_stages::SceneryVertex { position, color: [255; 4], normal: [0.0, 1.0, 0.0] });
     crowd.set_scenery(device, queue, &vertices, &[[0, 1, 2]]).expect("a triangle");
+    // Its colour is the ground's wherever nobody stands: what only the crowd has is told by an empty crowd's picture.
+    let mut nobody = renderer(options, &[]);
+    nobody.set_scenery(device, queue, &vertices, &[[0, 1, 2]]).expect("a triangle");
+    host.frame(&mut nobody, &config, AT_ONCE, [&[], &[]]);
+    let empty = host.picture.pixels();
     for technique in Technique::ALL.into_iter().filter(|technique| *technique != Technique::StaticFloor) {
         let draw_options = DrawOptions { technique, shadows: 2, view: View::Levels, ..AT_ONCE };
         let totals = host.frame(&mut crowd, &config, draw_options, [&[], &[]]);
         assert!(totals.visible_count > 20, "{technique}: {totals:?}");
-        let people = host.picture.pixels().iter().filter(|pixel| **pixel != BACKGROUND).count();
+        let people = host.picture.pixels().iter().zip(&empty).filter(|(pixel, ground)| pixel != ground).count();
         assert!(people > 5000, "{technique}: {people} pixels");
         draw(&mut crowd, &Picture::new(SIZE), &config, draw_options);
     }
@@ -423,7 +433,18 @@ fn targets_and_cameras_of_another_kind_are_refused_by_name() {
     };
     assert_eq!(said(&color, None, &depth, SIZE, false, true), "");
     // A view may be sRGB where its texture is not.
-    assert_eq!(said(&make(Rgba8UnormSrgb, 1, none), None, &depth, SIZE, false, false), "");
+    let plain = device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: Rgba8Unorm,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[Rgba8UnormSrgb],
+    });
+    let srgb = plain.create_view(&wgpu::TextureViewDescriptor { format: Some(Rgba8UnormSrgb), ..Default::default() });
+    assert_eq!(said(&srgb, None, &depth, SIZE, false, false), "");
     let other = [
         (
             said(&make(Rgba16Float, 1, none), None, &depth, SIZE, false, false),

@@ -187,7 +187,7 @@ fn rings_of(count: u32, spacing: f32) -> Vec<Ring> {
     rings
 }
 
-/// The steps that the rings of [`Layout::Seats`] stand on, from the inside out: each ends where the next begins, the first lies on the ground.
+/// The steps that the rings of [`Layout::Seats`] stand on, from the inside out: each ends where the next begins; the ring on the ground has none.
 /// The same arguments as for [`place`]; nobody, or a single ring on the ground, needs none.
 pub fn seat_steps(count: u32, spacing_m: f32, kinds: &[Kind]) -> Vec<SeatStep> {
     let spacing = spacing_used(Layout::Seats, spacing_m, kinds);

@@ -461,21 +461,24 @@ fn print_config(args: &PrintConfigArgs, out: &mut dyn Write, talk: &Talk<'_>) ->
     let mut plan = make_plan(&args.inputs, &args.options, None);
     plan.ask_for_levels(&args.levels);
     let code = say_plan(&plan, talk);
+    let file = args.output.as_deref().filter(|file| !crowd_pack::whole_file::is_device(file));
+    if let Some(file) = file {
+        let sources: Vec<PathBuf> = plan.entries.iter().map(|entry| entry.path.clone()).collect();
+        refuse_inputs(file, &[&args.inputs[..], &sources].concat())?;
+        if plan.entries.is_empty() && !args.inputs.is_empty() {
+            return Ok(code);
+        }
+        plan.entries.iter_mut().for_each(|entry| entry.path = seen_from(&entry.path, file));
+    }
     if let Some(entry) = plan.entries.iter().find(|entry| entry.path.to_str().is_none()) {
         return Err(BakeError::whole(Step::Plan, Cause::NameNotText { path: entry.path.clone() }));
     }
+    let printed = "Paths are relative to this file: leave it in the folder where it was printed, or write it with -o.";
+    let paths = if file.is_some() { "Paths are relative to this file." } else { printed };
+    let text = crate::crowd_toml::write(&plan, paths);
     match &args.output {
-        Some(file) => {
-            let sources: Vec<PathBuf> = plan.entries.iter().map(|entry| entry.path.clone()).collect();
-            refuse_inputs(file, &[&args.inputs[..], &sources].concat())?;
-            plan.entries.iter_mut().for_each(|entry| entry.path = seen_from(&entry.path, file));
-            write_whole(file, crate::crowd_toml::write(&plan, "Paths are relative to this file.").as_bytes())?;
-        }
-        None => {
-            let paths =
-                "Paths are relative to this file: leave it in the folder where it was printed, or write it with -o.";
-            print(out, &crate::crowd_toml::write(&plan, paths))?;
-        }
+        Some(file) => write_whole(file, text.as_bytes())?,
+        None => print(out, &text)?,
     }
     Ok(code)
 }

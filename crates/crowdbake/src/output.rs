@@ -67,7 +67,9 @@ fn place_of(path: &Path) -> PathBuf {
 
 /// A file as named from the folder of another; by its whole path where they share no root (another drive).
 pub(crate) fn seen_from(path: &Path, file: &Path) -> PathBuf {
-    let (path, folder) = (place_of(path), place_of(folder_of(file)));
+    let Some(name) = path.file_name() else { return path.to_owned() };
+    // A link stays one: what an asset names lies beside it, not beside what it leads to.
+    let (path, folder) = (place_of(folder_of(path)).join(name), place_of(folder_of(file)));
     let shared = path.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
     if shared == 0 {
         return path;

@@ -89,16 +89,7 @@ impl BuildPyramid {
         farthest: &wgpu::Buffer,
         depth: &wgpu::TextureView,
     ) -> BoundPyramid {
-        let several = usize::from(config.sample_count > 1);
-        let read = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("read_depth"),
-            layout: &self.read[several].1,
-            entries: &[
-                entry(0, pyramid.as_entire_binding()),
-                entry(2, farthest.as_entire_binding()),
-                entry(3 + several as u32, wgpu::BindingResource::TextureView(depth)),
-            ],
-        });
+        let read = self.bind_depth(device, config, pyramid, farthest, depth);
         let of_level = |level: u32, layout: &wgpu::BindGroupLayout| {
             let step = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some("pyramid step"),
@@ -123,6 +114,38 @@ impl BuildPyramid {
         let halve = (1..small).map(|level| of_level(level, &self.halve.1)).collect();
         let finish = (small < config.level_count).then(|| of_level(small, &self.finish.1));
         BoundPyramid { config, read, halve, finish }
+    }
+
+    fn bind_depth(
+        &self,
+        device: &wgpu::Device,
+        config: PyramidConfig,
+        pyramid: &wgpu::Buffer,
+        farthest: &wgpu::Buffer,
+        depth: &wgpu::TextureView,
+    ) -> wgpu::BindGroup {
+        let several = usize::from(config.sample_count > 1);
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("read_depth"),
+            layout: &self.read[several].1,
+            entries: &[
+                entry(0, pyramid.as_entire_binding()),
+                entry(2, farthest.as_entire_binding()),
+                entry(3 + several as u32, wgpu::BindingResource::TextureView(depth)),
+            ],
+        })
+    }
+
+    /// Binds another `depth` of the same kind and size.
+    pub(crate) fn rebind_depth(
+        &self,
+        device: &wgpu::Device,
+        bound: &mut BoundPyramid,
+        pyramid: &wgpu::Buffer,
+        farthest: &wgpu::Buffer,
+        depth: &wgpu::TextureView,
+    ) {
+        bound.read = self.bind_depth(device, bound.config, pyramid, farthest, depth);
     }
 
     /// Records the dispatches, one a large level and one for all small ones.

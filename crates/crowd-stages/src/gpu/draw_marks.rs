@@ -51,14 +51,16 @@ impl DrawMarks {
             bind_group_layouts: &[Some(&layout), Some(light)],
             immediate_size: 0,
         });
+        let constants = [("REVERSED", u8::from(depth.reversed).into())];
         let pipeline = |vertex: &str, fragment: &str, blend: Option<wgpu::BlendState>| {
+            let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
             device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some(vertex),
                 layout: Some(&pipeline_layout),
                 vertex: wgpu::VertexState {
                     module: &module,
                     entry_point: Some(vertex),
-                    compilation_options: Default::default(),
+                    compilation_options: options,
                     buffers: &[],
                 },
                 primitive: Default::default(),

@@ -204,8 +204,11 @@ fn check(config: &FlockConfig, boids: &[BoidRecord], traits: &[BoidTraits], move
         return wrong("a boid has a number that is not finite");
     }
     let widest_m = boids.iter().map(|boid| boid.wider_m).fold(0.0, f32::max);
-    if !boids.iter().all(|boid| boid.wider_m >= 0.0) || config.apart_m + 2.0 * widest_m > sight_m * 1.0001 {
-        return wrong("a boid is wider than sight reaches, or narrower than a person");
+    if !boids.iter().all(|boid| boid.wider_m >= 0.0) {
+        return wrong("a boid's wider_m is below 0 or not a number");
+    }
+    if config.apart_m + 2.0 * widest_m > sight_m * 1.0001 {
+        return wrong("sight_m is less than what the two widest keep apart");
     }
     Ok(())
 }

@@ -103,7 +103,8 @@ impl Occlusion {
         })
     }
 
-    /// Makes the pyramid of a depth texture, unless it is there. Engines may make views anew each frame: of the same size only they are bound anew.
+    /// Makes the pyramid of a depth texture, unless it is there. Engines may make views anew each frame: of the same size they cost
+    /// one bind group.
     pub(crate) fn fit(
         &mut self,
         up: &mut Uploader<'_>,
@@ -118,7 +119,7 @@ impl Occlusion {
         if let Some(pyramid) = self.pyramid.as_mut().filter(|pyramid| pyramid.config == config) {
             if pyramid.depth != *depth {
                 let readable = way.readable(depth);
-                pyramid.build = self.build.bind(up.device, config, &pyramid.uniform, &pyramid.farthest, &readable);
+                self.build.rebind_depth(up.device, &mut pyramid.build, &pyramid.uniform, &pyramid.farthest, &readable);
                 pyramid.depth = depth.clone();
             }
             return Ok(());

@@ -8,7 +8,8 @@ use glam::{Mat4, Vec4};
 /// in both afterwards.
 #[derive(Debug, Clone, Copy)]
 pub struct Targets<'a> {
-    /// Colour: of [`RendererOptions::color_format`] (a view may be sRGB where the texture is not) and [`RendererOptions::sample_count`].
+    /// Colour: of [`RendererOptions::color_format`] and [`RendererOptions::sample_count`]. A view may be sRGB where its texture is not, and does
+    /// not say so: that alone is left to wgpu's validation.
     pub color: &'a wgpu::TextureView,
     /// Where several samples are resolved to once the crowd is drawn. `None`: the engine goes on with `color` and does so itself.
     pub resolve: Option<&'a wgpu::TextureView>,
@@ -191,12 +192,16 @@ impl DepthWay {
 
 /// Whether depth falls with the distance; `None` where that cannot be told: without perspective, or lost in rounding.
 ///
-/// z in clip space is `slope * w + offset`, so depth is `slope + offset / w`.
+/// z in clip space is `slope * w + offset`, so depth is `slope + offset / w`, where the near plane faces the eye.
 fn is_reversed(clip_from_world: &Mat4) -> Option<bool> {
     let split = |row: Vec4| (row.truncate().as_dvec3(), f64::from(row.w));
     let (z, z_at_origin) = split(clip_from_world.row(2));
     let (w, w_at_origin) = split(clip_from_world.row(3));
     let slope = z.dot(w) / w.length_squared();
+    // An oblique near plane (mirrors, water) turns z's row away from w's: then depth has no one direction.
+    if (z - slope * w).length() > 1e-3 * z.length() && z.length() > 1e-6 * w.length() {
+        return None;
+    }
     let offset = z_at_origin - slope * w_at_origin;
     let rounding = 1e-6 * (z_at_origin.abs() + (slope * w_at_origin).abs());
     // Neither where something is not finite.

@@ -21,8 +21,8 @@ impl CrowdRenderer {
         MemoryUse { targets: self.draw.target_bytes(), others, ..self.memory }
     }
 
-    /// What it will have asked for once [`Self::encode`] has drawn frames of all of `draws` ([`Self::encode_into`] needs no `targets`), `size` pixels large, with room for as much as `options`
-    /// says: what is there already (the crowd, its instances), and what is set up when it is first asked for. [`Skinning::Auto`]
+    /// What it will have asked for once [`Self::encode`] has drawn frames of all of `draws` ([`Self::encode_into`] needs no `targets`),
+    /// `size` pixels large, with room for as much as `options` says: what is there already (the crowd, its instances), and what is set up when it is first asked for. [`Skinning::Auto`]
     /// counts with all it tries; of a floor, the most it can come to. Of what a reference camera needs [`Self::prepare_marks`] says.
     pub fn memory_of(&self, options: RendererOptions, draws: &[DrawOptions], size: (u32, u32)) -> MemoryUse {
         let sizes = self.sizes(options);
