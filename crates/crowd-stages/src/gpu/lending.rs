@@ -71,7 +71,7 @@ impl Lending {
         let counts = &c.tables.bucket_counts;
         let of_map = |config: &wgpu::Buffer| {
             let frame = FrameBuffers { config: config.clone(), ..f.clone() };
-            draw.bind_skinned(c, &frame, &f.choices, skinned)
+            draw.bind_skinned(c, &frame, &f.nothing, skinned)
         };
         self.meshes.get_or_insert_with(|| {
             let inputs = &BucketDraws::MORPHING_INPUTS;
