@@ -282,6 +282,7 @@ pub enum ImageEncoding {
 /// | `normals-missing`, `normals-repaired` | computed from the triangles |
 /// | `points-and-lines-skipped` | no surface |
 /// | `rotation-repaired`, `rotation-keys-repaired` | quaternions of length zero |
+/// | `several-skeletons` | skins that share no joint: more than one character in a file, as a rule |
 /// | `shear-dropped` | a node's matrix is no translation, rotation and scale |
 /// | `texture-options-ignored` | MTL: options before a texture's name |
 /// | `unknown-curves-ignored` | curves of something else than translation, rotation, scale |

@@ -10,7 +10,9 @@ use super::buffers::Buffers;
 use super::materials::{MaterialTable, texture_uses};
 use super::nodes::{NodeTree, node_place};
 use super::primitives::{Geometry, Shape};
-use super::skins::{Palette, Skin, common_from_group, group_bind_spaces, is_invertible, read_skin, rig_of};
+use super::skins::{
+    Palette, Skin, common_from_group, group_bind_spaces, is_invertible, read_skin, rig_of, warn_of_several_skeletons,
+};
 use crate::part::{
     DEGENERATE, PartMesh, all_degenerate, append_part, complete_normals, is_too_far, too_far, weld_vertices,
 };
@@ -40,6 +42,7 @@ pub(super) fn place_meshes(
     let instances = list_instances(root, tree);
     let (shapes, skipped, mut degenerate_count) = read_shapes(asset, root, buffers, &instances, warnings)?;
     let skins = read_skins(asset, root, buffers, tree, &instances)?;
+    warn_of_several_skeletons(&skins, tree, warnings);
     check_repeated_counts(asset, &instances, &shapes)?;
     let weight_sums = sum_weights(asset, &instances, &shapes, &skins)?;
     let common_from = choose_common_spaces(tree, &skins, &weight_sums, warnings);

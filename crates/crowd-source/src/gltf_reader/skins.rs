@@ -141,6 +141,47 @@ pub(super) fn group_bind_spaces(skins: &BTreeMap<usize, Skin>) -> BTreeMap<usize
     (0..indices.len()).map(|p| (indices[p], indices[find_root(&mut toward_root, p)])).collect()
 }
 
+/// Says so where skins follow skeletons that have nothing to do with each other: more than one character in a file, as a rule.
+///
+/// Two skins follow one skeleton where they share a joint, or where a joint of one hangs below a joint of the other.
+pub(super) fn warn_of_several_skeletons(skins: &BTreeMap<usize, Skin>, tree: &NodeTree, warnings: &mut Warnings) {
+    let places: Vec<&str> = skins.values().map(|skin| skin.place.as_str()).collect();
+    let mut toward_root: Vec<usize> = (0..places.len()).collect();
+    let mut join = |one: usize, other: usize| {
+        let (one, other) = (find_root(&mut toward_root, one), find_root(&mut toward_root, other));
+        toward_root[one.max(other)] = one.min(other);
+    };
+    let mut follower = vec![None; tree.nodes.len()];
+    for (position, skin) in skins.values().enumerate() {
+        for (node, _) in &skin.joints {
+            join(*follower[*node as usize].get_or_insert(position), position);
+        }
+    }
+    // Parents come first, so each node finds the follower of the nearest joint above it.
+    for node in 0..tree.nodes.len() {
+        let above = tree.nodes[node].parent.and_then(|parent| follower[parent as usize]);
+        match (follower[node], above) {
+            (Some(own), Some(above)) => join(own, above),
+            (None, above) => follower[node] = above,
+            (Some(_), None) => {}
+        }
+    }
+    let first: Vec<&str> =
+        (0..places.len()).filter(|&skin| toward_root[skin] == skin).map(|skin| places[skin]).collect();
+    if first.len() > 1 {
+        let named = first.iter().take(SKELETONS_NAMED).copied().collect::<Vec<_>>().join(", ");
+        let others = if first.len() > SKELETONS_NAMED { ", ..." } else { "" };
+        let message = format!(
+            "{} skeletons that share no joint ({named}{others}) became one character, whose clips move all of them at once. If they are characters of their own, export each into a file of its own",
+            first.len()
+        );
+        warnings.add("several-skeletons", "scene", first.len() as u64, message);
+    }
+}
+
+/// Skeletons that the warning names.
+const SKELETONS_NAMED: usize = 4;
+
 fn find_root(toward_root: &mut [usize], mut member: usize) -> usize {
     while toward_root[member] != member {
         toward_root[member] = toward_root[toward_root[member]];

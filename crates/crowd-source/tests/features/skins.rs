@@ -289,6 +289,35 @@ fn skins_of_one_bind_space_stay_together() {
     assert_eq!(character.joints.len(), 2);
 }
 
+/// Two people in one file would move as one: that is said. A second skin over the same joints, or over joints that hang
+/// from them (a head with a skin of its own), is one person.
+#[test]
+fn skeletons_that_share_nothing_are_named() {
+    let warned = |second: &dyn Fn(&mut Doc) -> serde_json::Value| {
+        let mut doc = skinned([DMat4::IDENTITY; 2], HALVES);
+        let joints = second(&mut doc);
+        doc.push("skins", json!({"name": "other", "joints": joints}));
+        doc.scene_node(json!({"mesh": 0, "skin": 1}));
+        let warning = doc.load().warnings.into_iter().find(|warning| warning.code == "several-skeletons");
+        warning.map(|warning| (warning.count, warning.message.contains("`other`")))
+    };
+    let same = |doc: &mut Doc| doc.json["skins"][0]["joints"].clone();
+    assert_eq!(warned(&same), None);
+    let below = |doc: &mut Doc| {
+        let (jaw, between) = (doc.node(json!({"name": "jaw"})), doc.node(json!({"name": "between"})));
+        let tip = doc.json["skins"][0]["joints"][1].as_u64().unwrap() as usize;
+        doc.json["nodes"][tip]["children"] = json!([between]);
+        doc.json["nodes"][between]["children"] = json!([jaw]);
+        json!([jaw, jaw])
+    };
+    assert_eq!(warned(&below), None);
+    let apart = |doc: &mut Doc| {
+        let tip = doc.node(json!({"name": "tip"}));
+        json!([doc.scene_node(json!({"name": "hip", "children": [tip]})), tip])
+    };
+    assert_eq!(warned(&apart), Some((2, true)));
+}
+
 #[test]
 fn the_rig_lists_all_joints_of_the_skin_in_its_order() {
     let binds = [DMat4::IDENTITY, DMat4::from_translation(DVec3::new(0., -1., 0.))];
