@@ -1,10 +1,12 @@
 //! Exported levels are read back and must be the level: same triangles, same places in motion, same textures.
 
 use crate::bench::{Bench, SPHERE, TUBE, TWO_MATERIALS};
+use crate::materials::{join, split};
 use crowd_pack::{LodRecord, Pack};
 use crowd_source::{Limits, RawCharacter, load_character};
 use crowdbake::pose::pose_positions;
 use crowdbake::unpack::Unpacked;
+use serde_json::json;
 
 /// Corners of every triangle, by the material's name: place, texture coordinate.
 type Corners = Vec<(String, [[f32; 3]; 3], [[f32; 2]; 3])>;
@@ -200,6 +202,32 @@ fn the_count_of_vertices_is_that_of_the_file() {
         };
         let found: u64 = document["meshes"][0]["primitives"].as_array().unwrap().iter().map(count).sum();
         done.expect(0).says(&[&format!(", {found} vertices")]);
-        assert_eq!(document["asset"]["extras"]["vertices"].as_u64(), Some(found));
+        assert_eq!(document["asset"]["extras"]["crowdbake"]["vertices"].as_u64(), Some(found));
     }
+}
+
+#[test]
+fn credits_of_the_file_come_through() {
+    let (mut document, bin) = split(&std::fs::read(crowd_tests::folders::fixtures().join("good").join(TUBE)).unwrap());
+    document["asset"]["copyright"] = json!("CC-BY 4.0\nAda");
+    document["asset"]["extras"] = json!({ "author": "Ada", "license": "CC-BY-4.0" });
+    let bench = Bench::new();
+    bench.write("tube.glb", join(&document, bin));
+    bench.run(&["bake", "@tube.glb", "-o", "@out.crowdpack"]).expect(0);
+    assert_eq!(Pack::open(&bench.path("out.crowdpack")).unwrap().contents().finishes.credits.len(), 1);
+    for input in ["@tube.glb", "@out.crowdpack"] {
+        let shown = bench.run(&["inspect", input]).expect(0).out;
+        assert!(shown.contains("copyright     CC-BY 4.0 Ada\n"), "{shown}");
+    }
+    bench.run(&["export", "@out.crowdpack", "--ratio", "0.5", "-o", "@low.glb"]).expect(0);
+    // An export of an export says of itself what it is.
+    bench.run(&["export", "@low.glb", "--ratio", "0.5", "-o", "@lower.glb"]).expect(0);
+    let asset = |file: &str| split(&bench.read(file)).0["asset"].clone();
+    let (low, lower) = (asset("low.glb"), asset("lower.glb"));
+    for asset in [&low, &lower] {
+        assert_eq!(asset["copyright"], "CC-BY 4.0\nAda");
+        assert_eq!((&asset["extras"]["author"], &asset["extras"]["license"]), (&json!("Ada"), &json!("CC-BY-4.0")));
+    }
+    let triangles = |asset: &serde_json::Value| asset["extras"]["crowdbake"]["triangles"].as_u64().unwrap();
+    assert!(triangles(&lower) < triangles(&low));
 }

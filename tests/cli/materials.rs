@@ -10,13 +10,13 @@ const TEXTURED: usize = 1;
 const NAME: &str = "chequered";
 
 /// The JSON and the binary chunk of a `.glb`.
-fn split(glb: &[u8]) -> (Value, Vec<u8>) {
+pub fn split(glb: &[u8]) -> (Value, Vec<u8>) {
     let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
     let json = serde_json::from_slice(&glb[20..20 + length]).expect("the first chunk is JSON");
     (json, glb.get(28 + length..).unwrap_or_default().to_vec())
 }
 
-fn join(document: &Value, mut bin: Vec<u8>) -> Vec<u8> {
+pub fn join(document: &Value, mut bin: Vec<u8>) -> Vec<u8> {
     let mut json = serde_json::to_vec(document).unwrap();
     json.resize(json.len().next_multiple_of(4), b' ');
     bin.resize(bin.len().next_multiple_of(4), 0);

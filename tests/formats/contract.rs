@@ -87,6 +87,7 @@ fn a_pack_with_finishes_has_the_committed_bytes_of_version_5() {
     let plain = &finishes.materials[2];
     assert_eq!((plain.numbers, plain.textures, plain.blend), ([0.0, 1.0, 0.0, 0.0, 0.0, 1.0], [None; 7], false));
     assert_eq!(finishes.names, [vec!["coat"], vec!["bumps", ""], vec!["", "rig"]]);
+    assert_eq!(finishes.credits, [["CC-BY 4.0 Ada", r#"{"title":"flag"}"#], ["", ""]]);
     assert_eq!(pack.finish_image(1), &tiny_pack::PNG[..70]);
     let [(no_joints, no_places, no_tracks), (joints, places, tracks)] = &finishes.rigs[..] else { panic!("two rigs") };
     assert!(no_joints.is_empty() && no_places.is_empty() && no_tracks.is_empty());

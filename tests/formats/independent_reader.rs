@@ -65,6 +65,8 @@ pub struct Finishes {
     pub names: [Vec<String>; 3],
     /// One a character: node and matrix of the joints, places, curves clip by clip.
     pub rigs: Vec<Rig>,
+    /// One a character: copyright and extras.
+    pub credits: Vec<[String; 2]>,
 }
 
 /// Joints, places, curves.
@@ -276,8 +278,9 @@ impl<'a> Reader<'a> {
             let places = at.list(|at| at.varint() as u32);
             (joints, places, at.list(|at| at.list(|at| self.read_track(at))))
         });
+        let credits = at.list(|at| [at.string(), at.string()]);
         assert_eq!(at.at, bytes.len(), "the finishes are used up");
-        Finishes { materials, names, rigs }
+        Finishes { materials, names, rigs, credits }
     }
 
     /// Texels that a character's impostors are wide and high.

@@ -256,6 +256,7 @@ const BROKEN_FINISHES: &[(&str, Break)] = &[
     ("finishes: image names", |p| p.finishes.image_names.clear()),
     ("finishes: names of finish images", |p| p.finishes.finish_image_names.push("x".into())),
     ("finishes: skin names", |p| p.finishes.skin_names.clear()),
+    ("finishes: credits", |p| p.finishes.credits.truncate(1)),
     ("section finish_images: elements", |p| p.finishes = Default::default()),
     ("finish image 1: byte offset", |p| p.finish_images[1].byte_offset = 64),
     ("finish image 0: width", |p| p.finish_images[0].width = 0),

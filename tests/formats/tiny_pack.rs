@@ -1,7 +1,7 @@
 //! Two characters small enough to check by hand: a flag of two triangles and a tetrahedron with a cut edge.
 
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, Finish, FinishBase, FinishTexture, Finishes, ImpostorRecord,
+    AnimationLayout, CharacterRecord, ClipRecord, Credits, Finish, FinishBase, FinishTexture, Finishes, ImpostorRecord,
     JointStorage, LevelRecord, LevelSetRecord, LodRecord, Manifest, ManifestBlocked, ManifestCharacter, ManifestClip,
     ManifestContact, ManifestDiscrete, ManifestJoint, ManifestLevel, ManifestMeasured, ManifestMeasuring, ManifestNode,
     ManifestPart, ManifestSeams, ManifestTarget, ManifestTrack, MaterialRecord, NONE, PackContents, Rig, VertexRecord,
@@ -79,6 +79,10 @@ pub fn with_finishes() -> PackContents {
         finish_image_names: vec!["bumps".to_owned(), String::new()],
         skin_names: vec![String::new(), "rig".to_owned()],
         rigs: vec![Rig::default(); 2],
+        credits: vec![
+            Credits { copyright: "CC-BY 4.0 Ada".to_owned(), extras: r#"{"title":"flag"}"#.to_owned() },
+            Credits::default(),
+        ],
     };
     // The tetrahedron's joints stand behind one that nothing follows; the curves of its clips come once more.
     let tetrahedron = &pack.manifest.characters[1];

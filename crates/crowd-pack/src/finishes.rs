@@ -19,6 +19,17 @@ pub struct Finishes {
     pub skin_names: Vec<String>,
     /// The characters' rigs, one each.
     pub rigs: Vec<Rig>,
+    /// What the characters' files say of their makers, one each.
+    pub credits: Vec<Credits>,
+}
+
+/// What a character's file says of its makers and its licence.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Credits {
+    /// glTF's `asset.copyright`; empty where there is none.
+    pub copyright: String,
+    /// glTF's `asset.extras`, the text of a JSON object; empty where there is none.
+    pub extras: String,
 }
 
 /// The skin of a character as its source has it. Nothing in the lists where that is what the character has.
@@ -122,7 +133,8 @@ impl Finishes {
         let names = [&self.image_names, &self.finish_image_names, &self.skin_names];
         let unnamed = names.into_iter().flatten().all(String::is_empty);
         let no_rigs = self.rigs.iter().all(|rig| *rig == Rig::default());
-        if unnamed && no_rigs && self.materials.iter().all(|finish| *finish == Finish::default()) {
+        let no_credits = self.credits.iter().all(|credits| *credits == Credits::default());
+        if unnamed && no_rigs && no_credits && self.materials.iter().all(|finish| *finish == Finish::default()) {
             *self = Self::default();
         }
     }
@@ -158,6 +170,7 @@ pub(crate) fn check_finishes(contents: &PackContents) -> Result<()> {
         ("names of finish images", finishes.finish_image_names.len(), contents.finish_images.len()),
         ("skin names", finishes.skin_names.len(), contents.characters.len()),
         ("rigs", finishes.rigs.len(), contents.characters.len()),
+        ("credits", finishes.credits.len(), contents.characters.len()),
     ] {
         expect(found == count, || format!("finishes: {field}"), found, || format!("{count}, one each"))?;
     }
@@ -244,17 +257,22 @@ mod tests {
             finish_image_names: Vec::new(),
             skin_names: vec![String::new()],
             rigs: vec![Rig::default()],
+            credits: vec![Credits::default()],
         };
         let mut named = finishes.clone();
         named.skin_names[0] = "rig".into();
         named.drop_if_plain();
         assert_eq!(named.materials.len(), 2);
+        let mut credited = finishes.clone();
+        credited.credits[0].copyright = "CC-BY 4.0 Ada".into();
+        credited.drop_if_plain();
+        assert_eq!(credited.credits.len(), 1);
         assert_eq!(decode_finishes(&encode_finishes(&named).unwrap()).unwrap(), named);
         finishes.drop_if_plain();
         assert_eq!(finishes, Finishes::default());
         assert!(encode_finishes(&finishes).unwrap().is_empty());
         assert_eq!(decode_finishes(&[]).unwrap(), finishes);
         // A second way to write nothing.
-        assert!(decode_finishes(&[0, 0, 0, 0, 0]).is_err());
+        assert!(decode_finishes(&[0, 0, 0, 0, 0, 0]).is_err());
     }
 }

@@ -23,7 +23,7 @@ mod write_pack;
 pub use contents::{Pack, PackContents, WriteReport};
 pub use encode_vertex::*;
 pub use error::{Error, Result};
-pub use finishes::{Finish, FinishBase, FinishTexture, Finishes, Rig};
+pub use finishes::{Credits, Finish, FinishBase, FinishTexture, Finishes, Rig};
 pub use manifest::*;
 pub use records::*;
 pub use store_joint::{

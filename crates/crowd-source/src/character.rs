@@ -9,6 +9,8 @@ pub struct RawCharacter {
     pub name: String,
     /// Name of its first skin; empty where that has none.
     pub skin_name: String,
+    /// What the file says of its makers.
+    pub credits: RawCredits,
     /// All triangles of the character.
     pub mesh: RawMesh,
     /// At least one; `RawPart::material` points here.
@@ -27,6 +29,15 @@ pub struct RawCharacter {
     pub clips: Vec<RawClip>,
     /// What was dropped, repaired or approximated, with counts and remedies.
     pub warnings: Vec<Warning>,
+}
+
+/// What a file says of its makers and its licence, for exports: licences ask for it.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct RawCredits {
+    /// glTF's `asset.copyright`; empty where there is none. At most 64 KiB.
+    pub copyright: String,
+    /// glTF's `asset.extras`, the text of a JSON object (author, licence, source...); empty where there is none. At most 64 KiB.
+    pub extras: String,
 }
 
 /// Vertices (one universal index for all attributes) and triangles of a character.
@@ -270,6 +281,7 @@ pub enum ImageEncoding {
 /// | `black-factor-ignored` | MTL: a black `Kd` over a texture became white |
 /// | `clip-renamed` | a clip had the name of another, none, or one that would steer a terminal |
 /// | `clip-without-tracks` | an animation moves no joint and was left out |
+/// | `credits-left-out` | a copyright or extras of the asset too long to keep; exports will not have them |
 /// | `degenerate-triangles-dropped` | triangles that use one vertex twice |
 /// | `double-curves-ignored` | a second curve for one node and property |
 /// | `empty-primitive` | a primitive without triangles |

@@ -10,14 +10,15 @@ use crate::views::QuantizedMesh;
 use crowd_anim::{FootContact, SampledClip};
 use crowd_lod::{CollapseOrder, Obstacle, VertexClass};
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, JointStorage, LevelRecord, LevelSetRecord, LodRecord, Manifest,
-    ManifestBlocked, ManifestCharacter, ManifestClip, ManifestContact, ManifestDiscrete, ManifestJoint, ManifestLevel,
-    ManifestMeasured, ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTrack, MaterialRecord,
-    NONE, PackContents, REFERENCE_HEIGHT_PX, Rig, Texel, VertexRecord, material_flags, obstacle, vertex_class,
+    AnimationLayout, CharacterRecord, ClipRecord, Credits, JointStorage, LevelRecord, LevelSetRecord, LodRecord,
+    Manifest, ManifestBlocked, ManifestCharacter, ManifestClip, ManifestContact, ManifestDiscrete, ManifestJoint,
+    ManifestLevel, ManifestMeasured, ManifestMeasuring, ManifestNode, ManifestPart, ManifestSeams, ManifestTrack,
+    MaterialRecord, NONE, PackContents, REFERENCE_HEIGHT_PX, Rig, Texel, VertexRecord, material_flags, obstacle,
+    vertex_class,
 };
 use crowd_source::{
-    ImageEncoding, RawCharacter, RawClip, RawImage, RawInterpolation, RawMaterial, RawMinFilter, RawProperty,
-    RawTexture, RawTrack, RawWrap,
+    ImageEncoding, RawCharacter, RawClip, RawCredits, RawImage, RawInterpolation, RawMaterial, RawMinFilter,
+    RawProperty, RawTexture, RawTrack, RawWrap,
 };
 use std::collections::HashMap;
 
@@ -116,6 +117,8 @@ impl Assembly {
             self.contents.finishes.materials.push(finish);
         }
         self.contents.finishes.skin_names.push(baked.raw.skin_name.clone());
+        let RawCredits { copyright, extras } = baked.raw.credits.clone();
+        self.contents.finishes.credits.push(Credits { copyright, extras });
         let manifest = self.manifest_character(baked, &materials)?;
         let rig = self.rig(&baked.raw)?;
         self.contents.finishes.rigs.push(rig);

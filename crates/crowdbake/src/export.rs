@@ -64,20 +64,27 @@ fn export_mesh(character: &Unpacked<'_>, vertices: &[VertexRecord], triangles: &
     }
     textures.add_to(character, &mut document, &mut buffer);
     document.extend(extensions);
-    document.insert(
-        "asset".into(),
-        json!({
-            "version": "2.0",
-            "generator": character.contents.manifest.generator,
-            "extras": {
-                "character": character.manifest.name,
-                "vertices": level.vertex_count,
-                "triangles": level.triangle_count,
-                "triangles_of_full_detail": character.record.triangle_count,
-            },
-        }),
-    );
+    document.insert("asset".into(), asset_json(character, level));
     (buffer.finish(Value::Object(document)), level)
+}
+
+/// Version and generator, what the source says of its makers, and which level this is.
+fn asset_json(character: &Unpacked<'_>, level: LodRecord) -> Value {
+    let credits = character.credits().cloned().unwrap_or_default();
+    // A pack may come from elsewhere: what is no JSON object is nobody's extras.
+    let mut extras: Map<String, Value> = serde_json::from_str(&credits.extras).unwrap_or_default();
+    let own = json!({
+        "character": character.manifest.name,
+        "vertices": level.vertex_count,
+        "triangles": level.triangle_count,
+        "triangles_of_full_detail": character.record.triangle_count,
+    });
+    extras.insert("crowdbake".into(), own);
+    let mut asset = json!({ "version": "2.0", "generator": character.contents.manifest.generator, "extras": extras });
+    if !credits.copyright.is_empty() {
+        asset["copyright"] = credits.copyright.into();
+    }
+    asset
 }
 
 /// A mesh that hangs from one node as it lies needs no skin.

@@ -50,6 +50,8 @@ pub struct CharacterInspection {
     pub name: String,
     /// File it was baked from.
     pub source: String,
+    /// What that file says of its makers, if anything.
+    pub copyright: Option<String>,
     /// Full detail: vertices, seams split.
     pub vertices: u32,
     /// Full detail: triangles.
@@ -348,6 +350,7 @@ fn inspect_packed(character: &Unpacked<'_>) -> CharacterInspection {
     CharacterInspection {
         name: manifest.name.clone(),
         source: manifest.source.clone(),
+        copyright: character.credits().map(|credits| credits.copyright.clone()).filter(|line| !line.is_empty()),
         vertices: record.vertex_count,
         triangles: record.triangle_count,
         coarsest_vertices: Some(record.min_vertex_count),

@@ -8,9 +8,9 @@ use crate::plan::PlanEntry;
 use crate::pose::Mat3x4;
 use crate::store_animation::animation_bytes;
 use crowd_pack::{
-    AnimationLayout, CharacterRecord, ClipRecord, Finish, ImpostorRecord, LevelRecord, LevelSetRecord, LodRecord,
-    MAGIC, ManifestCharacter, ManifestJoint, MaterialRecord, Pack, PackContents, Rig, SPLIT_JOINT_BYTES, VertexRecord,
-    stored_frames,
+    AnimationLayout, CharacterRecord, ClipRecord, Credits, Finish, ImpostorRecord, LevelRecord, LevelSetRecord,
+    LodRecord, MAGIC, ManifestCharacter, ManifestJoint, MaterialRecord, Pack, PackContents, Rig, SPLIT_JOINT_BYTES,
+    VertexRecord, stored_frames,
 };
 use glam::{Mat4, Quat, Vec3};
 use std::io::Read;
@@ -172,6 +172,11 @@ impl<'a> Unpacked<'a> {
     pub fn skin_name(&self) -> Option<&'a str> {
         let name = self.contents.finishes.skin_names.get(self.index)?;
         Some(name.as_str()).filter(|name| !name.is_empty())
+    }
+
+    /// What its file says of its makers, if anything.
+    pub fn credits(&self) -> Option<&'a Credits> {
+        self.contents.finishes.credits.get(self.index)
     }
 
     /// Levels in geometric steps, coarsest first.

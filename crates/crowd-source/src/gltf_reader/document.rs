@@ -3,9 +3,9 @@
 use gltf::json::Root;
 use serde_json::{Map, Value};
 
-use crate::Result;
 use crate::names::shorten;
 use crate::refusal::{Asset, Warnings};
+use crate::{RawCredits, Result};
 
 /// Extensions that change what must be read and that this reader knows.
 const SUPPORTED: &[&str] = &[
@@ -69,6 +69,35 @@ pub(super) fn parse_document(asset: Asset<'_>, json: &[u8], warnings: &mut Warni
         let located = serde_json::from_slice::<Root>(json).err().unwrap_or(e);
         asset.format("JSON", format!("not a glTF 2.0 document: {}", say(&located)))
     })
+}
+
+/// Bytes of a copyright or of extras that are kept.
+const LONGEST_CREDIT: usize = 64 << 10;
+
+/// Our own entry of `asset.extras` in exports: it tells of one level, so it is nobody's credit.
+const OWN_EXTRAS: &str = "crowdbake";
+
+/// What the document says of its makers.
+pub(super) fn read_credits(root: &Root, warnings: &mut Warnings) -> RawCredits {
+    let mut kept = |what: &str, text: String| {
+        if text.len() <= LONGEST_CREDIT {
+            return text;
+        }
+        let message =
+            format!("{} bytes, at most {LONGEST_CREDIT} are kept; exports will not have it. Shorten it", text.len());
+        warnings.add("credits-left-out", what, 1, message);
+        String::new()
+    };
+    let extras =
+        root.asset.extras.as_ref().and_then(|extras| serde_json::from_str::<Map<String, Value>>(extras.get()).ok());
+    let extras = extras.map_or(String::new(), |mut entries| {
+        entries.remove(OWN_EXTRAS);
+        if entries.is_empty() { String::new() } else { Value::Object(entries).to_string() }
+    });
+    RawCredits {
+        copyright: kept("asset.copyright", root.asset.copyright.clone().unwrap_or_default()),
+        extras: kept("asset.extras", extras),
+    }
 }
 
 /// An error's words without what they quote at length: a wrong string may be a whole buffer.

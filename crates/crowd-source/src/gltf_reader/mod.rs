@@ -37,6 +37,7 @@ pub(crate) fn read_gltf(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<
     let mut warnings = Warnings::default();
     let container = container::split_container(asset, bytes)?;
     let root = document::parse_document(asset, container.json, &mut warnings)?;
+    let credits = document::read_credits(&root, &mut warnings);
     let folder = Folder::of(asset)?;
     let buffers = buffers::Buffers::new(asset, &root, &folder, container.bin);
     let tree = nodes::order_nodes(asset, &root, &mut warnings)?;
@@ -51,6 +52,7 @@ pub(crate) fn read_gltf(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<
     Ok(RawCharacter {
         name,
         skin_name,
+        credits,
         mesh,
         materials: materials.materials,
         images: materials.images.images,

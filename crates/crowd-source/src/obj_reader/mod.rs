@@ -19,7 +19,7 @@ use crate::part::{
 };
 use crate::refusal::{Asset, Warnings};
 use crate::turned_surfaces::{TURNED, count_turned};
-use crate::{RawCharacter, RawJoint, RawMesh, RawNode, Result};
+use crate::{RawCharacter, RawCredits, RawJoint, RawMesh, RawNode, Result};
 use polygons::triangulate_polygon;
 use surfaces::SurfaceTable;
 
@@ -95,6 +95,7 @@ pub(crate) fn read_obj(asset: Asset<'_>, name: String, bytes: &[u8]) -> Result<R
     Ok(RawCharacter {
         name,
         skin_name: String::new(),
+        credits: RawCredits::default(),
         mesh,
         materials: surfaces.materials,
         images: surfaces.images,

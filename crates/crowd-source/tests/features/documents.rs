@@ -1,6 +1,6 @@
 //! Versions, extensions, containers and limits.
 
-use crowd_source::{Limits, load_character};
+use crowd_source::{Limits, RawCredits, load_character};
 use serde_json::json;
 
 use crate::builder::*;
@@ -27,6 +27,27 @@ fn versions_that_we_cannot_honour_are_refused_by_name() {
     let mut doc = Doc::triangle();
     doc.json["asset"] = json!({"version": "2.1", "minVersion": "2.0"});
     doc.load();
+}
+
+#[test]
+fn credits_come_along() {
+    let mut doc = Doc::triangle();
+    assert_eq!(doc.load().credits, RawCredits::default());
+    let extras = json!({"license": "CC-BY-4.0", "author": "Ada", "crowdbake": {"triangles": 3}});
+    doc.json["asset"] = json!({"version": "2.0", "copyright": "2026 Ada", "extras": extras});
+    let character = doc.load();
+    assert_eq!(character.credits.copyright, "2026 Ada");
+    assert_eq!(
+        character.credits.extras, r#"{"author":"Ada","license":"CC-BY-4.0"}"#,
+        "less what an export says of itself"
+    );
+    assert!(character.warnings.is_empty());
+    // No object, or too long.
+    doc.json["asset"] = json!({"version": "2.0", "copyright": "x".repeat((64 << 10) + 1), "extras": [1, 2]});
+    let character = doc.load();
+    assert_eq!(character.credits, RawCredits::default());
+    let codes: Vec<(&str, &str)> = character.warnings.iter().map(|w| (w.code, w.place.as_str())).collect();
+    assert_eq!(codes, [("credits-left-out", "asset.copyright")]);
 }
 
 #[test]

@@ -75,6 +75,7 @@ fn inspect_raw(raw: &RawCharacter, seams: &SeamReport, path: &Path) -> Character
     CharacterInspection {
         name: raw.name.clone(),
         source: path.file_name().map(|file| file.to_string_lossy().into_owned()).unwrap_or_default(),
+        copyright: Some(raw.credits.copyright.clone()).filter(|line| !line.is_empty()),
         vertices: seams.vertex_count,
         triangles: raw.mesh.triangles.len() as u32,
         coarsest_vertices: None,

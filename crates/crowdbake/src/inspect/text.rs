@@ -23,6 +23,9 @@ pub fn to_text(inspection: &Inspection) -> String {
 fn write_character(out: &mut String, character: &CharacterInspection) {
     let c = character;
     let _ = writeln!(out, "\n{} (from {})", c.name, c.source);
+    if let Some(line) = &c.copyright {
+        let _ = writeln!(out, "  copyright     {}", line.replace('\n', " "));
+    }
     let _ = writeln!(out, "  full detail   {} triangles, {} vertices", grouped(c.triangles), grouped(c.vertices));
     if let (Some(vertices), Some(triangles), Some(levels)) = (c.coarsest_vertices, c.coarsest_triangles, c.levels) {
         let _ = writeln!(
