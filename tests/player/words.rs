@@ -280,6 +280,8 @@ fn without_vulkan_it_is_said_what_would_take_opengl() {
     if listed.trim().is_empty() || listed.lines().all(|line| line.contains("Cpu")) {
         assert!(auto.status.success() && said.contains("drawing on the CPU instead"), "{said}");
         assert_eq!(said.contains("OpenGL with --backend gpu"), !listed.trim().is_empty(), "{listed}: {said}");
+    } else {
+        assert!(auto.status.success() && !said.contains("drawing on the CPU instead"), "{listed}: {said}");
     }
 }
 
