@@ -85,7 +85,7 @@ fn measure(contents: &PackContents) -> Vec<(f32, f32)> {
 
 /// Bakes at a few frames a second and measures all of them. Gives the largest share of a bound that was used up.
 fn expect_bounds_to_hold(path: &Path, clips: &[&str], refit: bool) -> f32 {
-    let mut entry = PlanEntry { fps: 4.0, ..PlanEntry::of_file(path) };
+    let mut entry = PlanEntry { fps: crowdbake::sample::FrameRate::Fixed(4.0), ..PlanEntry::of_file(path) };
     entry.clips = (!clips.is_empty()).then(|| clips.iter().map(|clip| (*clip).to_owned()).collect());
     entry.levels.targets = ["50%", "25%", "5%"].map(|share| LodTarget::parse_ratio(share).unwrap()).to_vec();
     entry.levels.refit = refit;

@@ -132,3 +132,26 @@ fn a_bake_and_inspect_say_the_same_of_how_animation_is_stored() {
         assert_eq!(seen["storage"] == "4x4", layout == "4x4");
     }
 }
+
+#[test]
+fn clips_are_sampled_at_the_rate_of_their_keys() {
+    // Keyed every quarter of a second, 1.5 seconds long: of the rates that have frames there, 28 is next to 30.
+    const HAT: &str = "rigid_hat_should_follow_the_head_joint.glb";
+    let bench = Bench::with(&[HAT]);
+    bench.write("crowd.toml", format!("[[characters]]\nsource = '{HAT}'\nfps = 'auto'\n"));
+    for (words, frames, fps) in [
+        (vec![format!("@{HAT}")], 43, None),
+        (vec!["@crowd.toml".to_owned()], 43, None),
+        (vec![format!("@{HAT}"), "--fps".to_owned(), "30".to_owned()], 46, Some(30.0)),
+        (vec!["@crowd.toml".to_owned(), "--fps".to_owned(), "8".to_owned()], 13, Some(8.0)),
+    ] {
+        let words: Vec<&str> =
+            ["bake", "-o", "@out.crowdpack", "--json"].into_iter().chain(words.iter().map(String::as_str)).collect();
+        let report = bench.run(&words).expect(0).json()["characters"][0].clone();
+        assert_eq!((report["animation"]["sampled_frames"].as_u64(), report["fps"].as_f64()), (Some(frames), fps));
+        let between = report["animation"]["between_frames_m"].as_f64().unwrap();
+        assert_eq!(between > 1e-3, fps.is_some(), "the corners of the curves lie on frames: {between}");
+    }
+    let text = bench.run(&["print-config", &format!("@{HAT}")]).expect(0).out;
+    assert!(text.contains("fps = \"auto\""), "{text}");
+}

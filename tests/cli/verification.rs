@@ -1,7 +1,7 @@
 //! `verify` believes nothing: each of its checks has a pack that must fail it.
 
 use crate::bench::{Bench, Done, TUBE};
-use crowd_pack::{Pack, PackContents};
+use crowd_pack::{CharacterRecord, Pack, PackContents};
 
 /// Bakes the tube, breaks one promise in a way that still opens, verifies.
 fn break_and_verify(break_it: impl FnOnce(&mut PackContents)) -> Done {
@@ -118,6 +118,29 @@ fn a_flipped_byte_is_found() {
 fn a_sphere_that_is_too_small_is_found() {
     fails(break_and_verify(|pack| pack.clips[0].sphere[3] *= 0.99), "bounds-hold-every-frame");
     fails(break_and_verify(|pack| pack.characters[0].box_max[1] -= 0.01), "bounds-hold-every-frame");
+}
+
+/// What is drawn of a level must be inside, too, where it has vertices of its own: refitting moves them out of full detail's surface.
+#[test]
+fn a_refitted_level_that_sticks_out_is_found() {
+    let bench = Bench::with(&["mara.glb"]);
+    let words = ["bake", "@mara.glb", "-o", "@out.crowdpack", "--lod-ratio", "5%,2%", "--refit", "--clips", "run"];
+    bench.run(&words).expect(0);
+    bench.run(&["verify", "@out.crowdpack"]).expect(0);
+    let contents = Pack::open(&bench.path("out.crowdpack")).unwrap().contents().clone();
+    // Of full detail alone the box is smaller.
+    bench.run(&["bake", "@mara.glb", "-o", "@plain.crowdpack", "--clips", "run"]).expect(0);
+    let plain = Pack::open(&bench.path("plain.crowdpack")).unwrap().contents().clone();
+    let mut broken = contents;
+    broken.characters[0] = CharacterRecord {
+        box_min: plain.characters[0].box_min,
+        box_max: plain.characters[0].box_max,
+        ..broken.characters[0]
+    };
+    broken.write(&bench.path("broken.crowdpack")).expect("the broken pack still opens");
+    let said = bench.run(&["verify", "@broken.crowdpack"]);
+    assert!(said.out.contains("(of a refitted level)"), "{}", said.out);
+    fails(said, "bounds-hold-every-frame");
 }
 
 #[test]

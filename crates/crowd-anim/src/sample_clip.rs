@@ -10,7 +10,7 @@ pub const MAX_FRAMES: u32 = 65_536;
 /// Matrices of a clip, at most: 1.9 GB in both layouts.
 pub const MAX_MATRICES: u64 = 1 << 24;
 /// A clip this much longer than a whole number of frames gets no frame more: key times are rounded to `f32`.
-const FRAME_TOLERANCE: f64 = 1e-3;
+pub const FRAME_TOLERANCE: f64 = 1e-3;
 
 /// Samples a clip at about `fps` frames a second.
 ///
@@ -52,7 +52,7 @@ pub fn sample_frames(
 }
 
 /// The largest key time of any track.
-fn duration_of(clip: &ClipView<'_>) -> f32 {
+pub(crate) fn duration_of(clip: &ClipView<'_>) -> f32 {
     clip.tracks.iter().filter_map(|track| track.times.last()).fold(0.0_f32, |a, &t| a.max(t))
 }
 

@@ -33,7 +33,7 @@ pub struct ManifestCharacter {
     pub parts: Vec<ManifestPart>,
     /// Criteria the order was made with: `wedge` or `peng2011`.
     pub criteria: String,
-    /// Frames a second asked for.
+    /// Frames a second asked for; 0 for each clip at the rate of its keys.
     pub fps: f32,
     /// Seams and classes at full detail.
     pub seams: ManifestSeams,

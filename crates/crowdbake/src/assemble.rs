@@ -318,7 +318,7 @@ impl Assembly {
             materials: materials.iter().map(|&m| raw.materials[usize::from(m)].name.clone()).collect(),
             parts: parts.collect(),
             criteria: criteria_name(baked.criteria).to_owned(),
-            fps: baked.fps,
+            fps: baked.fps.code(),
             seams: manifest_seams(order),
             levels: levels.collect(),
             measured: measured.collect(),

@@ -3,6 +3,7 @@
 use crate::appearance::ShownTextures;
 use crate::assemble::{expect_storable, used_materials, vertex_records};
 use crate::bake_levels::{BakedLevels, LevelsAsked, bake_levels};
+use crate::clip_bounds::{bound_clips, hold_refitted};
 use crate::emission::show_emission;
 use crate::error::{BakeError, Cause, Step};
 use crate::inspect::AnimationInspection;
@@ -10,7 +11,7 @@ use crate::level_warnings::{expect_reached, say_levels, warn_of_high_floor, warn
 use crate::ordered_mesh::OrderedMesh;
 use crate::plan::{Plan, PlanEntry};
 use crate::pose::{Mat3x4, pose_positions};
-use crate::sample::{frame_factors, sample_clips, warn_of_vanishing};
+use crate::sample::{FrameRate, frame_factors, sample_clips, warn_of_vanishing};
 use crate::select_clips::select_clips;
 use crate::size::{height_of, resize, warn_of_size};
 use crate::store_animation::{StoredAnimation, store_animation};
@@ -44,7 +45,7 @@ pub struct BakedCharacter {
     /// Criteria of the order.
     pub criteria: Criteria,
     /// Frames a second asked for.
-    pub fps: f32,
+    pub fps: FrameRate,
     /// The character as read; only the clips kept.
     pub raw: RawCharacter,
     /// Its vertices as stored.
@@ -178,12 +179,13 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
     }
     clock.lap(Step::Simplify);
 
-    let clip_bounds: Vec<Bounds> = clips.par_iter().map(|clip| bound_clip(&mesh, &order, clip, &raw)).collect();
-    let bounds = crowd_anim::union_bounds(&clip_bounds);
+    let mut clip_bounds = bound_clips(&mesh, &order, clips, raw.joints.len());
     let height_m = height_at_rest(&mesh, &order.vertex_source, &rest_palette);
     clock.lap(Step::Bound);
 
     let levels = store_levels(&raw, &mesh, &order, &shown, clips, height_m, &entry.levels);
+    hold_refitted(&mut clip_bounds, &levels, clips, raw.joints.len());
+    let bounds = crowd_anim::union_bounds(&clip_bounds);
     clock.lap(Step::Levels);
 
     let mut baked = BakedCharacter {
@@ -332,14 +334,6 @@ fn check_sentence(frames: &FrameReport) -> Option<String> {
         },
         if check.holds { "" } else { "; more than the 3 % or 1.1 allowed, `--frames all` is exact" },
     ))
-}
-
-fn bound_clip(mesh: &QuantizedMesh, order: &CollapseOrder, clip: &SampledClip, raw: &RawCharacter) -> Bounds {
-    let used = |vertex: &u32| *vertex as usize;
-    let positions: Vec<_> = order.vertex_source.iter().map(used).map(|vertex| mesh.positions[vertex]).collect();
-    let joints: Vec<_> = order.vertex_source.iter().map(used).map(|vertex| mesh.joints[vertex]).collect();
-    let weights: Vec<_> = order.vertex_source.iter().map(used).map(|vertex| mesh.weights[vertex]).collect();
-    crowd_anim::animated_bounds(&positions, &joints, &weights, &clip.palettes, raw.joints.len())
 }
 
 /// Of the vertices listed.

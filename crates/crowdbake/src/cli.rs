@@ -3,21 +3,19 @@
 mod values;
 
 use values::{
-    glb_parser, output_parser, parse_attribute_weight, parse_clip_weight, parse_fps, parse_jobs, parse_share,
-    parse_size, parse_time, parse_turn, png_parser,
+    glb_parser, output_parser, parse_attribute_weight, parse_clip_weight, parse_jobs, parse_share, parse_size,
+    parse_time, parse_turn, png_parser,
 };
 pub(crate) use values::{parse_size_number, weigh_attribute};
 
 use crate::compare::Contender;
 use crate::lod_target::{LodTarget, parse_coarsest};
+use crate::sample::FrameRate;
 use crate::size::SizeAsked;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use crowd_lod::Coarsest;
 use crowd_pack::JointStorage;
 use std::path::PathBuf;
-
-/// Frames a second at which clips are sampled unless told otherwise.
-pub const DEFAULT_FPS: f32 = 30.0;
 
 /// Most that a clip may count.
 pub const MOST_CLIP_WEIGHT: f32 = 1000.0;
@@ -177,9 +175,10 @@ pub struct BakeOptions {
     /// Which collapses are allowed [default: wedge].
     #[arg(long, value_enum, value_name = "RULE")]
     pub criteria: Option<CriteriaWord>,
-    /// Frames a second at which clips are sampled, 1 to 240 [default: 30].
-    #[arg(long, value_parser = parse_fps, value_name = "N")]
-    pub fps: Option<f32>,
+    /// Frames a second at which clips are sampled, 1 to 240; auto takes for each clip the rate of its keys, so that they fall on frames (20 to
+    /// 60, or 30 where keys are uneven) [default: auto].
+    #[arg(long, value_parser = FrameRate::parse, value_name = "N|auto")]
+    pub fps: Option<FrameRate>,
     /// Clips to keep: names or patterns (`*walk*`, in any case), separated by commas; every name has to be there, and of patterns one
     /// that finds a clip [default: all].
     #[arg(long, value_delimiter = ',', value_name = "CLIP,...")]
@@ -209,8 +208,8 @@ pub struct BakeOptions {
     /// character the smallest with which vertices stay within --animation-error [default: auto].
     #[arg(long, value_enum, value_name = "HOW")]
     pub animation_storage: Option<StorageWord>,
-    /// What stored animation may be off by at any vertex and time, in percent of the character's height, 0 to 10: clips also keep as few
-    /// frames as that allows. 0 keeps what was sampled, bit for bit [default: 0.1].
+    /// What stored animation may be off from the sampled clips at any vertex and time, in percent of the character's height, 0 to 10: clips also
+    /// keep as few frames as that allows. 0 keeps what was sampled, bit for bit; what lies between sampled frames is --fps [default: 0.1].
     #[arg(long, value_parser = parse_animation_error, value_name = "PERCENT")]
     pub animation_error: Option<f32>,
 }
@@ -513,9 +512,10 @@ pub struct SurveyArgs {
     /// A folder for one picture a character: levels at rest and in motion.
     #[arg(long, value_name = "DIR")]
     pub pictures: Option<PathBuf>,
-    /// Frames a second at which clips are sampled, 1 to 240 [default: 30].
-    #[arg(long, value_parser = parse_fps, value_name = "N")]
-    pub fps: Option<f32>,
+    /// Frames a second at which clips are sampled, 1 to 240; auto takes for each clip the rate of its keys, so that they fall on frames (20 to
+    /// 60, or 30 where keys are uneven) [default: auto].
+    #[arg(long, value_parser = FrameRate::parse, value_name = "N|auto")]
+    pub fps: Option<FrameRate>,
 }
 
 /// `compare`.

@@ -449,7 +449,7 @@ fn make_survey(args: &SurveyArgs, out: &mut dyn Write, talk: &mut Talk<'_>) -> R
         rows.push(row);
     }
     talk.end_progress();
-    let text = survey::to_markdown(&rows, args.fps.unwrap_or(crate::cli::DEFAULT_FPS));
+    let text = survey::to_markdown(&rows, args.fps.unwrap_or_default());
     match &args.output {
         Some(path) => write_whole(path, text.as_bytes())?,
         None => print(out, &text)?,

@@ -3,6 +3,7 @@
 use crate::cli::{MOST_CLIP_WEIGHT, StorageWord, parse_animation_error, parse_size_number, weigh_attribute};
 use crate::lod_target::{LodTarget, coarsest_words, parse_coarsest};
 use crate::plan::{Plan, PlanEntry, criteria_name, frames_name};
+use crate::sample::FrameRate;
 use crate::size::SizeAsked;
 use crate::store_animation::StorageAsked;
 use clap::ValueEnum;
@@ -17,7 +18,7 @@ pub struct Settings {
     /// Name in the pack.
     pub name: Option<String>,
     /// Frames a second.
-    pub fps: Option<f32>,
+    pub fps: Option<FrameRate>,
     /// Which collapses are allowed.
     pub criteria: Option<Criteria>,
     /// Clips to keep.
@@ -177,9 +178,12 @@ fn read_settings(table: &Table, key: &str) -> Result<Settings, Wrong> {
     };
     let fps = match table.get("fps") {
         None => None,
-        Some(Value::Integer(fps)) if (1..=240).contains(fps) => Some(*fps as f32),
-        Some(Value::Float(fps)) if (1.0..=240.0).contains(fps) => Some(*fps as f32),
-        Some(other) => return wrong(format!("{key}.fps"), format!("found {other}, allowed a number from 1 to 240")),
+        Some(Value::Integer(fps)) if (1..=240).contains(fps) => Some(FrameRate::Fixed(*fps as f32)),
+        Some(Value::Float(fps)) if (1.0..=240.0).contains(fps) => Some(FrameRate::Fixed(*fps as f32)),
+        Some(Value::String(word)) if word == "auto" => Some(FrameRate::Auto),
+        Some(other) => {
+            return wrong(format!("{key}.fps"), format!("found {other}, allowed a number from 1 to 240, or \"auto\""));
+        }
     };
     let frames = match read_text(table, key, "frames")?.as_deref() {
         None => None,
@@ -370,7 +374,7 @@ pub fn write(plan: &Plan, paths: &str) -> String {
     };
     let mut out = format!(
         "# {paths}\n\n[pack]\nanimation_layout = {}  # 3x4 or 4x4\n\
-         impostors = {}  # texels of small pictures for far characters: 8 to 128, 0 for none\n\n[defaults]\nfps = {:?}\n\
+         impostors = {}  # texels of small pictures for far characters: 8 to 128, 0 for none\n\n[defaults]\nfps = \"auto\"  # the rate of each clip's keys; or frames a second\n\
          criteria = {}  # wedge or peng2011\n# clips = [\"Idle\", \"Walk*\"]  # default: all\n\
          frames = {}  # auto, all or bind\n# clip_weights = {{ Walk = 2.0 }}  # default: all count alike\n\
          # attribute_weights = {{ uv = 2.0 }}  # uv, normal, color, layers; default: 1\n\
@@ -380,15 +384,14 @@ pub fn write(plan: &Plan, paths: &str) -> String {
          # animation_storage = \"quantized\"  # auto, f32, f16 or quantized; animation_error = 0.1, in percent of the height\n",
         text(layout),
         plan.impostors_px,
-        crate::cli::DEFAULT_FPS,
         text(criteria_name(Criteria::default())),
         text(frames_name(FrameChoice::default())),
     );
     for entry in &plan.entries {
         let source = entry.path.to_string_lossy();
         out.push_str(&format!("\n[[characters]]\nsource = {}\nname = {}\n", text(&source), text(&entry.name)));
-        if entry.fps != crate::cli::DEFAULT_FPS {
-            out.push_str(&format!("fps = {:?}\n", entry.fps));
+        if let FrameRate::Fixed(fps) = entry.fps {
+            out.push_str(&format!("fps = {fps:?}\n"));
         }
         if entry.criteria != Criteria::default() {
             out.push_str(&format!("criteria = {}\n", text(criteria_name(entry.criteria))));
@@ -504,7 +507,7 @@ mod tests {
         let mut plan = Plan { animation_layout: AnimationLayout::Split4x4, ..Plan::default() };
         plan.entries.push(PlanEntry::of_file(std::path::Path::new("odd \"name\"\\x.glb")));
         plan.entries.push(PlanEntry {
-            fps: 12.5,
+            fps: FrameRate::Fixed(12.5),
             criteria: Criteria::Peng2011,
             clips: Some(vec!["Walk*".to_owned()]),
             frames: FrameChoice::Bind,
@@ -528,7 +531,7 @@ mod tests {
         assert_eq!(back.characters[0].0, plan.entries[0].path);
         assert_eq!(back.characters[0].1.name.as_deref(), Some(plan.entries[0].name.as_str()));
         let second = &back.characters[1].1;
-        assert_eq!((second.fps, second.criteria), (Some(12.5), Some(Criteria::Peng2011)));
+        assert_eq!((second.fps, second.criteria), (Some(FrameRate::Fixed(12.5)), Some(Criteria::Peng2011)));
         assert_eq!(second.clips, plan.entries[1].clips);
         assert_eq!(second.frames, Some(FrameChoice::Bind));
         assert_eq!(second.lods.as_ref(), Some(&plan.entries[1].levels.targets));

@@ -95,7 +95,7 @@ pub struct CharacterInspection {
 }
 
 /// How animation is stored.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AnimationInspection {
     /// `f32`, `f16` or `quantized`; `4x4` in the papers' layout.
     pub storage: &'static str,
@@ -105,6 +105,12 @@ pub struct AnimationInspection {
     pub frames: u32,
     /// Frames over all clips at the rate they were sampled with.
     pub sampled_frames: u64,
+    /// Of a bake alone: how far, metres, a vertex gets between two sampled frames from where the clips' curves put it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between_frames_m: Option<f32>,
+    /// In which clip that is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between_frames_clip: Option<String>,
     /// Bytes of all clips.
     pub bytes: u64,
     /// Bytes of the sampled frames in the papers' layout, 64 a joint.
@@ -397,12 +403,14 @@ pub(crate) fn inspect_discrete(character: &Unpacked<'_>) -> Vec<DiscreteInspecti
 /// How a packed character's animation is stored.
 pub(crate) fn inspect_animation(character: &Unpacked<'_>) -> AnimationInspection {
     let layout = character.contents.manifest.animation_layout;
-    let sampled_frames = character.clips.iter().map(|clip| character.sampled_frames(clip)).sum();
+    let sampled_frames = (0..character.clips.len()).map(|clip| character.sampled_frames(clip)).sum();
     AnimationInspection {
         storage: storage_name(layout, character.record.storage().unwrap_or_default()),
         error_m: character.record.storage_error_m,
         frames: character.clips.iter().map(|clip| clip.frame_count).sum(),
         sampled_frames,
+        between_frames_m: None,
+        between_frames_clip: None,
         bytes: character.animation_bytes(),
         papers_bytes: character.papers_animation_bytes(),
         vertex_texture_bytes: vertex_texture_bytes(character.record.vertex_count, sampled_frames),
@@ -423,6 +431,8 @@ impl AnimationInspection {
             error_m: animation.error_m,
             frames: animation.clips.iter().map(|clip| clip.frame_count).sum(),
             sampled_frames: animation.sampled_frames.into(),
+            between_frames_m: Some(animation.between.distance_m),
+            between_frames_clip: Some(animation.between.clip.clone()),
             bytes: animation.bytes(joint_count),
             papers_bytes: animation.papers_bytes(joint_count),
             vertex_texture_bytes: vertex_texture_bytes(vertex_count, animation.sampled_frames.into()),
@@ -431,8 +441,15 @@ impl AnimationInspection {
 
     /// In words.
     pub(crate) fn words(&self) -> String {
+        let between = match (self.between_frames_m, &self.between_frames_clip) {
+            (Some(distance_m), Some(clip)) if distance_m > 0.0 => {
+                let clip = clip.escape_debug();
+                format!("; between sampled frames up to {:.3} mm from the curves (clip {clip})", distance_m * 1e3)
+            }
+            _ => String::new(),
+        };
         format!(
-            "{}, {} of {} frames, {} bytes ({:.3} of the papers' layout, {:.3} of a texture of posed vertices), off by {:.3} mm at most",
+            "{}, {} of {} frames, {} bytes ({:.3} of the papers' layout, {:.3} of a texture of posed vertices), off by {:.3} mm at most from the sampled clips{between}",
             self.storage,
             grouped(self.frames),
             grouped(self.sampled_frames),

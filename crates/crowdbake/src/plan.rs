@@ -1,9 +1,10 @@
 //! The meanings: which characters a command line names, and how each is to be baked.
 
 use crate::bake_levels::LevelsAsked;
-use crate::cli::{BakeOptions, CriteriaWord, DEFAULT_FPS, FramesWord, LayoutWord, LevelOptions, StorageWord};
+use crate::cli::{BakeOptions, CriteriaWord, FramesWord, LayoutWord, LevelOptions, StorageWord};
 use crate::crowd_toml::{self, Settings};
 use crate::error::{BakeError, Cause, Step};
+use crate::sample::FrameRate;
 use crate::size::SizeAsked;
 use crate::store_animation::StorageAsked;
 use crowd_lod::{AttributeWeights, Coarsest, Criteria, FrameChoice};
@@ -48,7 +49,7 @@ pub struct PlanEntry {
     /// Unique name in the pack.
     pub name: String,
     /// Frames a second.
-    pub fps: f32,
+    pub fps: FrameRate,
     /// Which collapses are allowed.
     pub criteria: Criteria,
     /// Names or patterns of the clips to keep; `None` for all.
@@ -356,7 +357,7 @@ fn entry_of(found: Found, options: &BakeOptions) -> PlanEntry {
     PlanEntry {
         attribute_weights,
         name: found.settings.name.or(stem).unwrap_or_else(|| "character".to_owned()),
-        fps: options.fps.or(found.settings.fps).unwrap_or(DEFAULT_FPS),
+        fps: options.fps.or(found.settings.fps).unwrap_or_default(),
         criteria: criteria.or(found.settings.criteria).unwrap_or_default(),
         clips: options.clips.clone().or(found.settings.clips),
         frames: frames.or(found.settings.frames).unwrap_or_default(),
@@ -495,10 +496,10 @@ mod tests {
         let inputs = [folder.path().join("crowd.toml")];
         let plan = make_plan(&inputs, &BakeOptions::default(), None);
         assert_eq!(names(&plan), ["first", "b"]);
-        assert_eq!((plan.entries[0].fps, plan.entries[1].fps), (24.0, 20.0));
+        assert_eq!((plan.entries[0].fps, plan.entries[1].fps), (FrameRate::Fixed(24.0), FrameRate::Fixed(20.0)));
         assert_eq!(plan.entries[0].criteria, Criteria::Peng2011);
         assert_eq!(plan.entries[1].clips.as_deref(), Some(&["x".to_owned()][..]));
-        let options = BakeOptions { fps: Some(60.0), ..BakeOptions::default() };
-        assert!(make_plan(&inputs, &options, None).entries.iter().all(|entry| entry.fps == 60.0));
+        let options = BakeOptions { fps: Some(FrameRate::Auto), ..BakeOptions::default() };
+        assert!(make_plan(&inputs, &options, None).entries.iter().all(|entry| entry.fps == FrameRate::Auto));
     }
 }

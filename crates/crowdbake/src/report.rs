@@ -68,8 +68,8 @@ pub struct CharacterReport {
     pub error: Option<String>,
     /// Criteria of the order.
     pub criteria: &'static str,
-    /// Frames a second.
-    pub fps: f32,
+    /// Frames a second asked for; null for each clip at the rate of its keys.
+    pub fps: Option<f32>,
     /// Seconds of each step.
     pub steps: Vec<StepTime>,
     /// As found in the file.
@@ -182,7 +182,7 @@ impl CharacterReport {
             status: "refused",
             error: None,
             criteria: criteria_name(entry.criteria),
-            fps: entry.fps,
+            fps: Some(entry.fps.code()).filter(|fps| *fps > 0.0),
             steps: Vec::new(),
             before: None,
             after: None,

@@ -5,8 +5,8 @@ use crate::pose::Mat3x4;
 use crate::select_clips::matching_clips;
 use crate::units::counted;
 use crate::views;
-use crowd_anim::SampledClip;
-use crowd_source::{RawCharacter, Warning};
+use crowd_anim::{FRAME_TOLERANCE, SampledClip, USUAL_FPS, key_steps};
+use crowd_source::{RawCharacter, RawClip, Warning};
 use rayon::prelude::*;
 
 /// Matrices over all frames of one character: bounds what sampling may allocate (112 bytes each as sampled, 1.75 GiB; as many again as
@@ -19,9 +19,73 @@ const RANGE: f32 = 1.0e6;
 /// Longest column of a matrix whose joint is taken to have no size.
 const NO_SIZE: f32 = 1.0e-6;
 
+/// At which rate clips are sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum FrameRate {
+    /// Each clip at the rate of its keys, from 20 to 60 frames a second; at [`USUAL_FPS`] where they lie on no even grid.
+    #[default]
+    Auto,
+    /// So many frames a second, 1 to 240.
+    Fixed(f32),
+}
+
+impl FrameRate {
+    /// What is asked for on the command line.
+    ///
+    /// # Errors
+    /// What was found and what is allowed.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        let fps: f32 = text.parse().map_err(|_| "not a number, nor `auto`".to_owned())?;
+        Self::fixed(fps).ok_or_else(|| format!("found {fps}, allowed 1 to 240, or `auto`"))
+    }
+
+    /// So many frames a second, if that is allowed.
+    pub fn fixed(fps: f32) -> Option<Self> {
+        (1.0..=240.0).contains(&fps).then_some(Self::Fixed(fps))
+    }
+
+    /// The rate as packs have it: 0 for [`FrameRate::Auto`].
+    pub fn code(self) -> f32 {
+        if let Self::Fixed(fps) = self { fps } else { 0.0 }
+    }
+
+    /// The rate of a pack.
+    pub fn of_code(code: f32) -> Self {
+        if code > 0.0 { Self::Fixed(code) } else { Self::Auto }
+    }
+
+    /// Frames of a clip. `tracks`: key times of each of its tracks.
+    pub fn frames_of(self, tracks: &[&[f32]]) -> f64 {
+        let duration_s = tracks.iter().filter_map(|times| times.last()).fold(0.0_f32, |a, &b| a.max(b));
+        let at = |fps: f32| (f64::from(duration_s) * f64::from(fps) - FRAME_TOLERANCE).ceil().max(1.0);
+        let steps = match self {
+            Self::Fixed(fps) => at(fps),
+            Self::Auto => key_steps(tracks).map_or_else(|| at(USUAL_FPS), f64::from),
+        };
+        if duration_s > 0.0 { steps + 1.0 } else { 1.0 }
+    }
+}
+
+impl std::fmt::Display for FrameRate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Auto => f.write_str("the rate of their keys"),
+            Self::Fixed(fps) => write!(f, "{fps} frames a second"),
+        }
+    }
+}
+
+/// Key times of each of a clip's tracks.
+pub(crate) fn key_times(clip: &RawClip) -> Vec<&[f32]> {
+    clip.tracks.iter().map(|track| &track.times[..]).collect()
+}
+
 /// Samples all clips, or the pose at rest where there is none; and the pose at rest for pictures and the height.
-pub(crate) fn sample_clips(raw: &RawCharacter, fps: f32) -> Result<(Vec<SampledClip>, Vec<Mat3x4>), Cause> {
-    let frames = raw.clips.iter().map(|clip| (f64::from(views::clip_end_s(clip)) * f64::from(fps)).ceil() + 1.0);
+pub(crate) fn sample_clips(raw: &RawCharacter, rate: FrameRate) -> Result<(Vec<SampledClip>, Vec<Mat3x4>), Cause> {
+    let frames = raw.clips.iter().map(|clip| rate.frames_of(&key_times(clip)));
     let matrices = frames.sum::<f64>() * raw.joints.len() as f64;
     if matches!(matrices.partial_cmp(&(MATRICES as f64)), None | Some(std::cmp::Ordering::Greater)) {
         return Err(Cause::Limit {
@@ -41,7 +105,12 @@ pub(crate) fn sample_clips(raw: &RawCharacter, fps: f32) -> Result<(Vec<SampledC
         .clips
         .par_iter()
         .map(|clip| {
-            let sampled = crowd_anim::sample_clip(&skeleton, &joints, &views::clip_view(clip), fps)?;
+            let view = views::clip_view(clip);
+            let sampled = match (rate, key_steps(&key_times(clip))) {
+                (FrameRate::Fixed(fps), _) => crowd_anim::sample_clip(&skeleton, &joints, &view, fps)?,
+                (FrameRate::Auto, Some(steps)) => crowd_anim::sample_frames(&skeleton, &joints, &view, steps + 1)?,
+                (FrameRate::Auto, None) => crowd_anim::sample_clip(&skeleton, &joints, &view, USUAL_FPS)?,
+            };
             expect_in_range(raw, &sampled)?;
             Ok(sampled)
         })

@@ -1,10 +1,11 @@
 //! How a character's animation is stored: the smallest storage and the fewest frames with which no vertex goes astray.
 
 use crate::error::Cause;
+use crate::sample::key_times;
 use crate::views::{self, QuantizedMesh};
-use crowd_anim::{ClipView, Joint, SampledClip, Skeleton, frames_apart, sample_frames};
+use crowd_anim::{ClipView, Joint, SampledClip, Skeleton, frames_apart, key_steps, sample_frames};
 use crowd_pack::{AnimationLayout, JointStorage, SPLIT_JOINT_BYTES, Texel, store_frame, stored_frames};
-use crowd_source::{RawCharacter, Warning};
+use crowd_source::{RawCharacter, RawClip, Warning};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -54,12 +55,25 @@ pub struct StoredAnimation {
     pub texels: Vec<Vec<Texel>>,
     /// No vertex is farther than this from where the clips as sampled put it, metres.
     pub error_m: f32,
+    /// Where the sampled frames are farthest from the clips' curves: between frames, which are blended linearly.
+    pub between: BetweenFrames,
     /// What was allowed, metres.
     pub allowed_m: f32,
     /// Frames as sampled, over all clips.
     pub sampled_frames: u32,
     /// Smaller storages that were tried, how far a vertex would be off, and in which clip.
     pub passed_over: Vec<(JointStorage, f32, String)>,
+}
+
+/// How far a vertex gets between two sampled frames from where its clip's curves put it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct BetweenFrames {
+    /// Metres; 0 where nothing moves.
+    pub distance_m: f32,
+    /// In this clip.
+    pub clip: String,
+    /// At this time, seconds.
+    pub time_s: f32,
 }
 
 impl StoredAnimation {
@@ -185,9 +199,29 @@ pub fn store_animation(
     };
     let kept: Vec<_> = clips.par_iter().enumerate().map(fewest).collect::<Result<_, Cause>>()?;
     let error = |(clip, (kept, _)): (&SampledClip, &(SampledClip, _))| points.apart(clip, kept, f32::INFINITY);
+    stored.between = between_frames(raw, &points, (&skeleton, &joints), clips)?;
     stored.error_m = clips.par_iter().zip(&kept).map(error).reduce(|| 0.0, f32::max);
     (stored.clips, stored.texels) = kept.into_iter().unzip();
     Ok(stored)
+}
+
+/// The worst place between sampled frames over all clips. Where keys fall on frames it is halfway, elsewhere quarters are looked at.
+fn between_frames(
+    raw: &RawCharacter,
+    points: &Points,
+    rig: (&Skeleton, &[Joint]),
+    clips: &[SampledClip],
+) -> Result<BetweenFrames, Cause> {
+    let vertices = (&points.positions[..], &points.joints[..], &points.weights[..]);
+    let of_clip = |(source, clip): (&RawClip, &SampledClip)| {
+        let even = key_steps(&key_times(source)).is_some_and(|steps| (clip.frame_count - 1).is_multiple_of(steps));
+        let looks = if even { 1 } else { 3 };
+        let (distance_m, time_s) = crowd_anim::between_frames(vertices, rig, &views::clip_view(source), clip, looks)?;
+        Ok(BetweenFrames { distance_m, clip: clip.name.clone(), time_s })
+    };
+    let places: Vec<_> = raw.clips.par_iter().zip(clips).map(of_clip).collect::<Result<_, Cause>>()?;
+    let farther = |a: BetweenFrames, b: BetweenFrames| if b.distance_m > a.distance_m { b } else { a };
+    Ok(places.into_iter().reduce(farther).unwrap_or_default())
 }
 
 /// How far a vertex is off, at most, in the worst of the clips with all their frames, and which that is.

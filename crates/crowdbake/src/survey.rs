@@ -7,6 +7,7 @@ use crate::error::BakeError;
 use crate::inspect::grouped;
 use crate::picture::{PictureRequest, Pose, draw_picture};
 use crate::plan::PlanEntry;
+use crate::sample::FrameRate;
 use crate::unpack::Unpacked;
 use crowd_lod::{Coarsest, Criteria};
 use crowd_pack::{AnimationLayout, PackContents};
@@ -142,11 +143,11 @@ pub fn survey_picture(contents: &PackContents) -> Result<crowd_raster::Target, B
 }
 
 /// The document.
-pub fn to_markdown(rows: &[SurveyRow], fps: f32) -> String {
+pub fn to_markdown(rows: &[SurveyRow], rate: FrameRate) -> String {
     let mut out = format!(
         "# Real assets\n\n\
          Made by `crowdbake survey FOLDER -o docs/REAL_ASSETS.md`; do not edit by hand.\n\n\
-         Every asset is baked with all its clips at {fps} frames a second, once under each of the criteria. Seam wedges: vertices \
+         Every asset is baked with all its clips at {rate}, once under each of the criteria. Seam wedges: vertices \
          that share their position with another one of different texture coordinate or material. Classes as in Peng 2011, \
          section 4.2, counted on wedges. Lowest: triangles of the coarsest level under `--coarsest last`. Error: largest distance to full detail over \
          the measured frames, at about 25 % and 5 % of the triangles, in percent of the height. Seconds: one bake under the \
@@ -251,7 +252,7 @@ mod tests {
     #[test]
     fn refusals_have_their_own_table_and_cannot_break_it() {
         let rows = [SurveyRow { path: "a|b.glb".to_owned(), outcome: Err("mesh 0:\nbad".to_owned()) }];
-        let text = to_markdown(&rows, 30.0);
+        let text = to_markdown(&rows, FrameRate::Fixed(30.0));
         assert!(text.contains("| a\\|b.glb | mesh 0: bad |"), "{text}");
     }
 

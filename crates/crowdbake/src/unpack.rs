@@ -6,11 +6,12 @@ use crate::error::{BakeError, Cause, Step};
 use crate::level_warnings::blocked_sentence;
 use crate::plan::PlanEntry;
 use crate::pose::Mat3x4;
+use crate::sample::FrameRate;
 use crate::store_animation::animation_bytes;
 use crowd_pack::{
     AnimationLayout, CharacterRecord, ClipRecord, Credits, Finish, ImpostorRecord, LevelRecord, LevelSetRecord,
-    LodRecord, MAGIC, ManifestCharacter, ManifestJoint, MaterialRecord, Pack, PackContents, Rig, SPLIT_JOINT_BYTES,
-    VertexRecord, stored_frames,
+    LodRecord, MAGIC, ManifestCharacter, ManifestJoint, ManifestTrack, MaterialRecord, Pack, PackContents, Rig,
+    SPLIT_JOINT_BYTES, VertexRecord, stored_frames,
 };
 use glam::{Mat4, Quat, Vec3};
 use std::io::Read;
@@ -254,16 +255,19 @@ impl<'a> Unpacked<'a> {
     }
 
     /// Frames of a clip at the rate asked for, of which the pack may keep fewer.
-    pub fn sampled_frames(&self, clip: &ClipRecord) -> u64 {
-        let steps = f64::from(clip.duration_s) * f64::from(self.manifest.fps);
-        // A thousandth of a frame is forgiven, as sampling does.
-        let sampled = (steps - 1e-3).ceil().clamp(1.0, f64::from(u32::MAX)) as u64 + 1;
+    pub fn sampled_frames(&self, index: usize) -> u64 {
+        let clip = &self.clips[index];
+        let times = |track: &ManifestTrack| {
+            &self.contents.track_values[track.time_offset as usize..][..track.key_count as usize]
+        };
+        let tracks: Vec<&[f32]> = self.manifest.clips[index].tracks.iter().map(times).collect();
+        let sampled = FrameRate::of_code(self.manifest.fps).frames_of(&tracks).min(f64::from(u32::MAX)) as u64;
         if clip.duration_s > 0.0 { sampled.max(clip.frame_count.into()) } else { 1 }
     }
 
     /// Bytes of all clips at that rate in the papers' layout, four RGBA32F texels a joint and frame.
     pub fn papers_animation_bytes(&self) -> u64 {
-        let frames: u64 = self.clips.iter().map(|clip| self.sampled_frames(clip)).sum();
+        let frames: u64 = (0..self.clips.len()).map(|clip| self.sampled_frames(clip)).sum();
         frames.saturating_mul(u64::from(self.record.joint_count) * u64::from(SPLIT_JOINT_BYTES))
     }
 

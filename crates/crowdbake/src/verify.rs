@@ -8,7 +8,10 @@ use crate::ordered_mesh::{DecodedVertices, OrderedMesh};
 use crate::pose::pose_positions;
 use crate::units::{counted, length};
 use crate::unpack::Unpacked;
-use crowd_pack::{ImageRecord, ImpostorRecord, LevelRecord, LodRecord, ManifestMeasured, PackContents, vertex_class};
+use crowd_pack::{
+    ImageRecord, ImpostorRecord, LevelRecord, LodRecord, ManifestMeasured, NONE, PackContents, VertexRecord,
+    vertex_class,
+};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 
@@ -235,20 +238,28 @@ fn slack(character: &Unpacked<'_>) -> f32 {
 fn check_bounds(character: &Unpacked<'_>) -> Result<String, String> {
     let record = character.record;
     let slack = record.sphere[3] * slack(character);
+    // Refitted levels have vertices of their own; those of the other levels are full detail's.
+    let own = || character.discrete_levels().iter().filter(|level| level.refit_vertex_offset != NONE);
+    let refitted: Vec<VertexRecord> = own().flat_map(|level| character.level_vertices(level)).copied().collect();
+    let positions: Vec<_> = character.positions.iter().copied().chain(refitted.iter().map(|v| v.position)).collect();
+    let joints: Vec<_> = character.joints.iter().copied().chain(refitted.iter().map(|v| v.joint_indices())).collect();
+    let weights: Vec<_> = character.weights.iter().copied().chain(refitted.iter().map(|v| v.weights_f32())).collect();
+    let of_level = |vertex: usize| if vertex < character.vertices.len() { "" } else { " (of a refitted level)" };
     let mut frames = 0;
     for (index, clip) in character.clips.iter().enumerate() {
         let palettes = character.palettes(index);
         let name = &character.manifest.clips[index].name;
         palettes.par_chunks_exact(character.joint_count()).enumerate().try_for_each(|(frame, palette)| {
-            let posed = pose_positions(&character.positions, &character.joints, &character.weights, palette);
+            let posed = pose_positions(&positions, &joints, &weights, palette);
             for (vertex, p) in posed.iter().enumerate() {
                 for (what, sphere) in [("clip's sphere", clip.sphere), ("character's sphere", record.sphere)] {
                     let d: [f32; 3] = std::array::from_fn(|axis| p[axis] - sphere[axis]);
                     let distance = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
                     if !within(distance, sphere[3] + slack) {
                         return Err(format!(
-                            "clip `{name}` frame {frame}: vertex {vertex} lies {distance} m from the {what}'s centre, \
-                             its radius is {} m",
+                            "clip `{name}` frame {frame}: vertex {vertex}{} lies {distance} m from the {what}'s \
+                             centre, its radius is {} m",
+                            of_level(vertex),
                             sphere[3]
                         ));
                     }
@@ -256,14 +267,17 @@ fn check_bounds(character: &Unpacked<'_>) -> Result<String, String> {
                 let inside =
                     |axis: usize| p[axis] >= record.box_min[axis] - slack && p[axis] <= record.box_max[axis] + slack;
                 if !(0..3).all(inside) {
-                    return Err(format!("clip `{name}` frame {frame}: vertex {vertex} at {p:?} lies outside the box"));
+                    let of = of_level(vertex);
+                    return Err(format!(
+                        "clip `{name}` frame {frame}: vertex {vertex}{of} at {p:?} lies outside the box"
+                    ));
                 }
             }
             Ok(())
         })?;
         frames += clip.frame_count;
     }
-    Ok(format!("{} vertices in {frames} frames", character.vertices.len()))
+    Ok(format!("{} vertices in {frames} frames", positions.len()))
 }
 
 /// Index tables hold the triangles that reforming gives; refitted levels are meshes.

@@ -98,11 +98,6 @@ pub(crate) fn weigh_attribute(weights: &mut AttributeWeights, name: &str, weight
     true
 }
 
-pub(super) fn parse_fps(text: &str) -> Result<f32, String> {
-    let fps: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if (1.0..=240.0).contains(&fps) { Ok(fps) } else { Err(format!("found {fps}, allowed 1 to 240")) }
-}
-
 /// A share of the triangles, the same for every command: `0.25` or `25%`.
 pub(super) fn parse_share(text: &str) -> Result<f64, String> {
     let allowed = || format!("found {text}, allowed above 0 and up to 1, or up to 100%, as in 0.25 or 25%");
@@ -136,7 +131,12 @@ mod tests {
         assert!(["%", "NaN%", "nan", "", "0", "-1%"].iter().all(|text| parse_share(text).is_err()));
         assert_eq!(parse_size("64x32"), Ok([64, 32]));
         assert!(parse_size("64").is_err() && parse_size("1x99999").is_err());
-        assert!(parse_fps("0").is_err() && parse_fps("NaN").is_err());
+        use crate::sample::FrameRate;
+        assert!(FrameRate::parse("0").is_err() && FrameRate::parse("NaN").is_err());
+        assert_eq!(
+            (FrameRate::parse("auto"), FrameRate::parse("12.5")),
+            (Ok(FrameRate::Auto), Ok(FrameRate::Fixed(12.5)))
+        );
         assert_eq!(parse_clip_weight("a=b=0.5"), Ok(("a=b".to_owned(), 0.5)));
         assert_eq!(parse_attribute_weight("uv=2"), Ok(("uv".to_owned(), 2.0)));
         assert!(["colour=1", "uv", "uv=-1", "uv=nan", "=1"].iter().all(|t| parse_attribute_weight(t).is_err()));

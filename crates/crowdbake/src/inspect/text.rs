@@ -78,7 +78,7 @@ fn write_character(out: &mut String, character: &CharacterInspection) {
         let mask = if material.alpha_cutoff > 0.0 { ", masked" } else { "" };
         let _ = writeln!(out, "  material      {}: {texture}{mask}", material.name);
     }
-    if let Some(animation) = c.animation {
+    if let Some(animation) = &c.animation {
         let _ = writeln!(out, "  animation     {}", animation.words());
     }
     if let Some(i) = c.impostors {

@@ -1,6 +1,6 @@
 use super::*;
 use crate::pose::{palette_at, pose_positions};
-use crate::sample::sample_clips;
+use crate::sample::{FrameRate, sample_clips};
 use crowd_source::{Limits, RawInterpolation, RawProperty, RawTrack};
 use std::path::Path;
 
@@ -26,7 +26,7 @@ fn moved(property: RawProperty, first: [f32; 3], last: [f32; 3]) -> RawCharacter
 const HEIGHT_M: f32 = 1.9;
 
 fn store(raw: &RawCharacter, asked: StorageAsked) -> (QuantizedMesh, Vec<SampledClip>, StoredAnimation) {
-    let (clips, _) = sample_clips(raw, 30.0).expect("it was sampled before");
+    let (clips, _) = sample_clips(raw, FrameRate::Fixed(30.0)).expect("it was sampled before");
     let mesh = views::quantize(&raw.mesh);
     let stored = store_animation(raw, &mesh, &clips, HEIGHT_M, &asked).expect("it was sampled before");
     (mesh, clips, stored)
