@@ -6,14 +6,21 @@
 @group(0) @binding(2) var<storage, read_write> farthest: array<f32>;
 @group(0) @binding(3) var depth: texture_depth_2d;
 @group(0) @binding(4) var depth_samples: texture_depth_multisampled_2d;
+@group(0) @binding(5) var nearest: sampler;
 
 // 0 near, 1 far, whichever way the texture has it.
 fn ascending(depth: f32) -> f32 {
     return select(depth, 1.0 - depth, pyramid.reversed != 0u);
 }
 
-fn depth_of(x: u32, y: u32) -> f32 {
-    return ascending(textureLoad(depth, vec2u(x, y), 0));
+// The farthest of a block of the finest level, from a depth of one sample a pixel: one gather of four texels. The picture's rim stands for what lies beyond.
+fn block_depth(block: vec2u) -> f32 {
+    // The corner between the four.
+    let at = vec2f(2u * block + 1u) / vec2f(f32(pyramid.width_px), f32(pyramid.height_px));
+    let depths = textureGather(depth, nearest, at);
+    let most = max(max(depths.x, depths.y), max(depths.z, depths.w));
+    let least = min(min(depths.x, depths.y), min(depths.z, depths.w));
+    return ascending(select(most, least, pyramid.reversed != 0u));
 }
 
 fn depth_of_samples(x: u32, y: u32) -> f32 {
@@ -24,37 +31,75 @@ fn depth_of_samples(x: u32, y: u32) -> f32 {
     return most;
 }
 
-// The block of the finest level that a number is of: left, upper, right and lower pixels.
-fn pixels_of(i: u32) -> vec4u {
-    let width = pyramid.levels[0].width;
+// The same from several samples a pixel: the farthest of all.
+fn block_depth_of_samples(block: vec2u) -> f32 {
+    let x = 2u * block.x;
+    let y = 2u * block.y;
+    let right = min(x + 1u, pyramid.width_px - 1u);
+    let lower = min(y + 1u, pyramid.height_px - 1u);
+    let upper = max(depth_of_samples(x, y), depth_of_samples(right, y));
+    return max(upper, max(depth_of_samples(x, lower), depth_of_samples(right, lower)));
+}
+
+// Four blocks of the finest level side by side make one of the next: a thread has all four, so that level takes no dispatch of its own.
+struct Four {
+    // Whether there is anything to do.
+    is_there: bool,
+    // Blocks at the rim stand for those beyond it.
+    left: u32,
+    right: u32,
+    upper: u32,
+    lower: u32,
+    // Number in the next level.
+    next: u32,
+}
+
+fn four_of(i: u32) -> Four {
+    let finest = pyramid.levels[0];
+    let width = (finest.width + 1u) / 2u;
     let x = 2u * (i % width);
     let y = 2u * (i / width);
-    return vec4u(x, y, min(x + 1u, pyramid.width_px - 1u), min(y + 1u, pyramid.height_px - 1u));
+    return Four(y < finest.height, x, min(x + 1u, finest.width - 1u), y, min(y + 1u, finest.height - 1u), i);
 }
 
-fn finest_count() -> u32 {
-    return pyramid.levels[0].width * pyramid.levels[0].height;
-}
-
-// The finest level, from a depth of one sample a pixel.
-@compute @workgroup_size(BLOCK_SIZE)
-fn read_depth(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let i = group_number(workgroup) * BLOCK_SIZE + lane;
-    if i < finest_count() {
-        let p = pixels_of(i);
-        let upper = max(depth_of(p.x, p.y), depth_of(p.z, p.y));
-        farthest[i] = max(upper, max(depth_of(p.x, p.w), depth_of(p.z, p.w)));
+fn write_four(four: Four, a: f32, b: f32, c: f32, d: f32) {
+    let width = pyramid.levels[0].width;
+    farthest[four.upper * width + four.left] = a;
+    farthest[four.upper * width + four.right] = b;
+    farthest[four.lower * width + four.left] = c;
+    farthest[four.lower * width + four.right] = d;
+    if pyramid.level_count > 1u {
+        farthest[pyramid.levels[1].offset + four.next] = max(max(a, b), max(c, d));
     }
 }
 
-// The same from several samples a pixel: the farthest of all. A texture of another kind cannot be an argument.
+// The two finest levels, from a depth of one sample a pixel.
+@compute @workgroup_size(BLOCK_SIZE)
+fn read_depth(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let four = four_of(group_number(workgroup) * BLOCK_SIZE + lane);
+    if four.is_there {
+        write_four(
+            four,
+            block_depth(vec2u(four.left, four.upper)),
+            block_depth(vec2u(four.right, four.upper)),
+            block_depth(vec2u(four.left, four.lower)),
+            block_depth(vec2u(four.right, four.lower)),
+        );
+    }
+}
+
+// The same from several samples a pixel. A texture of another kind cannot be an argument.
 @compute @workgroup_size(BLOCK_SIZE)
 fn read_samples(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let i = group_number(workgroup) * BLOCK_SIZE + lane;
-    if i < finest_count() {
-        let p = pixels_of(i);
-        let upper = max(depth_of_samples(p.x, p.y), depth_of_samples(p.z, p.y));
-        farthest[i] = max(upper, max(depth_of_samples(p.x, p.w), depth_of_samples(p.z, p.w)));
+    let four = four_of(group_number(workgroup) * BLOCK_SIZE + lane);
+    if four.is_there {
+        write_four(
+            four,
+            block_depth_of_samples(vec2u(four.left, four.upper)),
+            block_depth_of_samples(vec2u(four.right, four.upper)),
+            block_depth_of_samples(vec2u(four.left, four.lower)),
+            block_depth_of_samples(vec2u(four.right, four.lower)),
+        );
     }
 }
 

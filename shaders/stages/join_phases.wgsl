@@ -7,17 +7,16 @@
 @group(0) @binding(3) var<storage, read> fill: FillState;
 @group(0) @binding(4) var<storage, read> tally: SightTally;
 @group(0) @binding(5) var<storage, read_write> second_fill: FillState;
-@group(0) @binding(6) var<storage, read_write> first_totals: FrameTotals;
+@group(0) @binding(6) var<storage, read> first_totals: FrameTotals;
 @group(0) @binding(7) var<storage, read_write> totals: FrameTotals;
 
 // Newly seen ones take the step from their coarsest level to the first phase's water, the first of them, as long as it fits.
 @compute @workgroup_size(1)
 fn begin_second() {
-    first_totals = totals;
     second_fill.low_bits = 0u;
     second_fill.high_bits = fill.low_bits;
     second_fill.goal = config.budget;
-    let first = spent(vec2u(totals.vertex_count, totals.triangle_count), config.budget_in);
+    let first = spent(vec2u(first_totals.vertex_count, first_totals.triangle_count), config.budget_in);
     second_fill.low_count = saturating_add(first, second_sums.min_vertex_count);
 }
 

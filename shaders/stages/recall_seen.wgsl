@@ -11,63 +11,101 @@
 @group(0) @binding(6) var<storage, read_write> tally: SightTally;
 // The same frame with what is left of the budget.
 @group(0) @binding(7) var<storage, read_write> first_config: FrameConfig;
+// Arguments of the second phase's dispatches: zeros where nobody waits for it.
+@group(0) @binding(8) var<storage, read_write> gate: array<u32, 9>;
 
-var<workgroup> mins: array<u32, BLOCK_SIZE>;
-var<workgroup> counts: array<u32, BLOCK_SIZE>;
+// Of a group that goes through a block of 256 instances, or of blocks' tallies: each thread takes four.
+const RECALL_GROUP_SIZE: u32 = 64u;
 
-fn reduce_tree(lane: u32) {
-    for (var half = BLOCK_SIZE / 2u; half > 0u; half /= 2u) {
-        workgroupBarrier();
-        if lane < half {
-            mins[lane] = saturating_add(mins[lane], mins[lane + half]);
-            counts[lane] += counts[lane + half];
+// A tally of each thread.
+var<workgroup> kept: array<SightTally, RECALL_GROUP_SIZE>;
+
+fn add(a: SightTally, b: SightTally) -> SightTally {
+    return SightTally(saturating_add(a.hidden_min_count, b.hidden_min_count), a.hidden_count + b.hidden_count);
+}
+
+// The sum over all threads, for the first of them: eight times eight, since a barrier costs more than a few additions.
+fn sum_group(lane: u32, tally: SightTally) -> SightTally {
+    kept[lane] = tally;
+    workgroupBarrier();
+    if lane < 8u {
+        var sum = kept[lane];
+        for (var other = lane + 8u; other < RECALL_GROUP_SIZE; other += 8u) {
+            let one = kept[other];
+            sum = add(sum, one);
         }
+        kept[lane] = sum;
     }
     workgroupBarrier();
+    var sum = kept[0];
+    for (var other = 1u; other < 8u; other++) {
+        let one = kept[other];
+        sum = add(sum, one);
+    }
+    return sum;
 }
 
-@compute @workgroup_size(BLOCK_SIZE)
+// Who was hidden waits.
+fn recalled(i: u32) -> SightTally {
+    if i >= config.instance_count || seen[0] != config.instance_count {
+        return SightTally();
+    }
+    if (seen[1u + i] & SIGHT_HIDDEN) == 0u || culled[i].visible == 0u {
+        return SightTally();
+    }
+    // The weight stays: it tells who waits from who is outside.
+    culled[i].visible = 0u;
+    let character = characters[instances[i].character];
+    let area_px2 = culled[i].area_px2;
+    let dots = config.dot_area_px2;
+    return SightTally(least_spent(character, area_px2, dots, config.impostor_area_px2, config.budget_in), 1u);
+}
+
+@compute @workgroup_size(RECALL_GROUP_SIZE)
 fn recall(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group_number(workgroup);
-    let i = block * BLOCK_SIZE + lane;
-    mins[lane] = 0u;
-    counts[lane] = 0u;
-    if i < config.instance_count && seen[0] == config.instance_count {
-        let was_hidden = (seen[1u + i] & SIGHT_HIDDEN) != 0u;
-        if was_hidden && culled[i].visible != 0u {
-            // The weight stays: it tells who waits from who is outside.
-            culled[i].visible = 0u;
-            let character = characters[instances[i].character];
-            let area_px2 = culled[i].area_px2;
-            let dots = config.dot_area_px2;
-            mins[lane] = least_spent(character, area_px2, dots, config.impostor_area_px2, config.budget_in);
-            counts[lane] = 1u;
-        }
+    var sum = SightTally();
+    for (var i = block * BLOCK_SIZE + lane; i < (block + 1u) * BLOCK_SIZE; i += RECALL_GROUP_SIZE) {
+        sum = add(sum, recalled(i));
     }
-    reduce_tree(lane);
+    sum = sum_group(lane, sum);
     if lane == 0u && block * BLOCK_SIZE < config.instance_count {
-        block_tallies[block] = SightTally(mins[0], counts[0]);
+        block_tallies[block] = sum;
     }
 }
 
-// One group. Each thread adds a run of blocks one by one, then the tree adds the threads.
-@compute @workgroup_size(BLOCK_SIZE)
+fn let_through(entry: u32, groups: u32) {
+    gate[3u * entry] = min(groups, FOLD_COLUMNS);
+    gate[3u * entry + 1u] = (groups + FOLD_COLUMNS - 1u) / FOLD_COLUMNS;
+    gate[3u * entry + 2u] = select(0u, 1u, groups > 0u);
+}
+
+// Groups of a block each, one, and those of the sort in one pass; none for no instances.
+fn set_gate(count: u32) {
+    let run = max((count + AT_ONCE_RUNS - 1u) / AT_ONCE_RUNS, AT_ONCE_SHORTEST);
+    let runs = (count + run - 1u) / run;
+    let_through(0u, (count + BLOCK_SIZE - 1u) / BLOCK_SIZE);
+    let_through(1u, min(count, 1u));
+    let_through(2u, (runs + AT_ONCE_GROUP_SIZE - 1u) / AT_ONCE_GROUP_SIZE);
+}
+
+// One group. Each thread adds every 64th block.
+@compute @workgroup_size(RECALL_GROUP_SIZE)
 fn reserve(@builtin(local_invocation_index) lane: u32) {
     let block_count = (config.instance_count + BLOCK_SIZE - 1u) / BLOCK_SIZE;
-    let run = (block_count + BLOCK_SIZE - 1u) / BLOCK_SIZE;
-    mins[lane] = 0u;
-    counts[lane] = 0u;
-    for (var b = lane * run; b < min((lane + 1u) * run, block_count); b++) {
-        mins[lane] = saturating_add(mins[lane], block_tallies[b].hidden_min_count);
-        counts[lane] += block_tallies[b].hidden_count;
+    var sum = SightTally();
+    for (var b = lane; b < block_count; b += RECALL_GROUP_SIZE) {
+        let block = block_tallies[b];
+        sum = add(sum, block);
     }
-    reduce_tree(lane);
+    sum = sum_group(lane, sum);
     if lane == 0u {
-        tally = SightTally(mins[0], counts[0]);
+        tally = sum;
+        set_gate(select(0u, config.instance_count, sum.hidden_count > 0u));
         first_config = config;
-        let kept = min(mins[0], config.budget / RESERVE_PART);
-        first_config.budget = config.budget - kept;
+        let kept_count = min(sum.hidden_min_count, config.budget / RESERVE_PART);
+        first_config.budget = config.budget - kept_count;
         // What is kept is part of what may be left.
-        first_config.slack = config.slack - min(config.slack, kept);
+        first_config.slack = config.slack - min(config.slack, kept_count);
     }
 }

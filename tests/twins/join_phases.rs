@@ -38,18 +38,13 @@ fn phases(budget: u32) -> Phases {
 /// The water of the second phase, and the sum of both.
 fn on_gpu(p: &Phases) -> (FillState, FrameTotals) {
     let stage = JoinPhases::new(&gpu::device().0);
-    let (second_fill, totals) = (gpu::output::<FillState>(1), gpu::storage(&[p.first]));
-    let first_totals = gpu::output::<FrameTotals>(1);
+    let (second_fill, totals) = (gpu::output::<FillState>(1), gpu::storage(&[p.second]));
+    let first_totals = gpu::storage(&[p.first]);
     let [sums, second_sums] = [p.sums, p.second_sums].map(|sums| gpu::storage(&[sums]));
-    let bind = |totals: &wgpu::Buffer| {
-        let (config, fill, tally) = (gpu::uniform(&p.config), gpu::storage(&[p.fill]), gpu::storage(&[p.tally]));
-        let device = &gpu::device().0;
-        stage.bind(device, &config, &sums, &second_sums, &fill, &tally, &second_fill, &first_totals, totals)
-    };
-    let bound = bind(&totals);
+    let (config, fill, tally) = (gpu::uniform(&p.config), gpu::storage(&[p.fill]), gpu::storage(&[p.tally]));
+    let device = &gpu::device().0;
+    let bound = stage.bind(device, &config, &sums, &second_sums, &fill, &tally, &second_fill, &first_totals, &totals);
     gpu::run(|pass| stage.record_begin(pass, &bound));
-    let totals = gpu::storage(&[p.second]);
-    let bound = bind(&totals);
     gpu::run(|pass| stage.record_join(pass, &bound));
     (gpu::read(&second_fill, 1)[0], gpu::read(&totals, 1)[0])
 }

@@ -1,6 +1,6 @@
 //! Who was hidden waits, and a little of the budget is kept for those who come into sight.
 
-use crate::dispatch::RESERVE_PART;
+use crate::dispatch::{AT_ONCE_GROUP_SIZE, AT_ONCE_RUNS, AT_ONCE_SHORTEST, BLOCK_SIZE, FOLD_COLUMNS, RESERVE_PART};
 use crate::impostors::least_spent;
 use crate::{CrowdData, CullRecord, FrameConfig, InstanceRecord, SightTally, sight};
 
@@ -12,6 +12,9 @@ use crate::{CrowdData, CullRecord, FrameConfig, InstanceRecord, SightTally, sigh
 /// waiting need at their coarsest, at most a `RESERVE_PART`th: so newcomers find room and the frame keeps its budget. Its slack is lowered by as much: both
 /// together leave no more over than the larger of the two.
 ///
+/// The gate of the second phase comes third: arguments of its dispatches that go by blocks of instances, of those of one group, and of the sort in one
+/// pass; zeros where nobody waits, so that they do nothing.
+///
 /// Paper: two-phase occlusion culling after Haar & Aaltonen 2015 ("GPU-driven rendering pipelines"); the budget's part is ours.
 /// Twin: `shaders/stages/recall_seen.wgsl`. Equal.
 pub fn recall_seen(
@@ -20,7 +23,7 @@ pub fn recall_seen(
     seen: &[u32],
     culled: &mut [CullRecord],
     config: &FrameConfig,
-) -> (SightTally, FrameConfig) {
+) -> (SightTally, FrameConfig, [[u32; 3]; 3]) {
     let mut tally = SightTally::default();
     if seen[0] == instances.len() as u32 {
         for ((instance, cull), word) in instances.iter().zip(culled).zip(&seen[1..]) {
@@ -36,5 +39,12 @@ pub fn recall_seen(
     let kept = tally.hidden_min_count.min(config.budget / RESERVE_PART);
     // What is kept is part of what may be left.
     let slack = config.slack.saturating_sub(kept);
-    (tally, FrameConfig { budget: config.budget - kept, slack, ..*config })
+    let gate = gate_of(if tally.hidden_count > 0 { instances.len() as u32 } else { 0 });
+    (tally, FrameConfig { budget: config.budget - kept, slack, ..*config }, gate)
+}
+
+fn gate_of(count: u32) -> [[u32; 3]; 3] {
+    let runs = count.div_ceil(count.div_ceil(AT_ONCE_RUNS).max(AT_ONCE_SHORTEST));
+    [count.div_ceil(BLOCK_SIZE), count.min(1), runs.div_ceil(AT_ONCE_GROUP_SIZE)]
+        .map(|groups| [groups.min(FOLD_COLUMNS), groups.div_ceil(FOLD_COLUMNS), groups.min(1)])
 }

@@ -1,6 +1,6 @@
 //! Instances sorted into buckets and drawn with one indirect draw each: what the instanced techniques share.
 
-use super::kernel::is_software;
+use super::kernel::{Gate, is_software};
 use super::renderer::RendererOptions;
 use super::stage_recorder::StageRecorder;
 use super::upload::{CrowdBuffers, FrameBuffers, LevelTables, Uploader};
@@ -127,7 +127,7 @@ impl BucketDraws {
         let fewer = "draw fewer instances";
         let n = u64::from(options.max_instances);
         let written = Usage::STORAGE | Usage::COPY_SRC;
-        let indirect = written | Usage::INDIRECT;
+        let indirect = written | Usage::INDIRECT | Usage::COPY_DST;
         let bucket_count = tables.counts.bucket_count;
         let keys = up.empty::<u32>("keys", n, written, fewer)?;
         let morphs = up.empty::<MorphRecord>("morphs", n, written, fewer)?;
@@ -230,6 +230,25 @@ impl BucketDraws {
     pub(crate) fn record_keys(&self, recorder: &mut StageRecorder<'_>, count: u32) {
         let (key, bound) = &self.key_instances;
         recorder.stage("key_instances", |pass| key.record(pass, bound, count));
+    }
+
+    /// Whether [`Self::record_gated`] can be used: sorting by digits has dispatches that no gate knows.
+    pub(crate) fn can_be_gated(&self) -> bool {
+        matches!(self.sort, Sort::AtOnce { .. })
+    }
+
+    /// Everything from keys to what vertices need to know, as far as the gate lets through; behind a shut one nothing is drawn.
+    pub(crate) fn record_gated(&self, recorder: &mut StageRecorder<'_>, count: u32, gate: Gate<'_>) {
+        let Sort::AtOnce { stage: sort, bound: sort_bound, .. } = &self.sort else { return };
+        let Some(gather_bound) = &self.scattered else { return };
+        let nothing = if self.counts_draws { &self.draw_counts } else { &self.draw_args };
+        recorder.encoder.clear_buffer(nothing, 0, None);
+        let (key, key_bound) = &self.key_instances;
+        recorder.stage("key_instances", |pass| key.record_gated(pass, key_bound, count, gate));
+        recorder.stage("sort_at_once", |pass| sort.record_gated(pass, sort_bound, count, gate));
+        let (write, write_bound) = &self.write_bucket_args;
+        recorder.stage("write_bucket_args", |pass| write.record_gated_args(pass, write_bound, gate));
+        recorder.stage("gather_drawn", |pass| self.gather_drawn.0.record_gated(pass, gather_bound, count, gate));
     }
 
     /// From keys to draw arguments.

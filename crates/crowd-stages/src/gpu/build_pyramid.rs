@@ -1,4 +1,4 @@
-//! Dispatches of the depth pyramid: the finest level from the depth texture, then one dispatch a large level and one for the others.
+//! Dispatches of the depth pyramid: the two finest levels from the depth texture, then one dispatch a large level and one for the others.
 
 use super::kernel::{Use, blocks, buffer_entry, stage_source};
 use crate::{PyramidConfig, PyramidStep};
@@ -13,13 +13,15 @@ pub struct BuildPyramid {
     read: [(wgpu::ComputePipeline, wgpu::BindGroupLayout); 2],
     halve: (wgpu::ComputePipeline, wgpu::BindGroupLayout),
     finish: (wgpu::ComputePipeline, wgpu::BindGroupLayout),
+    /// Gathers four depths at a time; beyond the rim it has the rim's.
+    nearest: wgpu::Sampler,
 }
 
 /// The buffers and the depth of one size, bound.
 pub struct BoundPyramid {
     config: PyramidConfig,
     read: wgpu::BindGroup,
-    /// Of each large level but the finest.
+    /// Of each large level but the two finest.
     halve: Vec<wgpu::BindGroup>,
     /// Of all others, if there are any.
     finish: Option<wgpu::BindGroup>,
@@ -69,13 +71,20 @@ impl BuildPyramid {
         };
         let config = buffer(0, Use::Uniform);
         let farthest = buffer(2, Use::Write);
+        let sampler = wgpu::BindGroupLayoutEntry {
+            binding: 5,
+            visibility: compute,
+            ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering),
+            count: None,
+        };
         Self {
             read: [
-                entry_point("read_depth", &[config, farthest, depth(3, false)]),
+                entry_point("read_depth", &[config, farthest, depth(3, false), sampler]),
                 entry_point("read_samples", &[config, farthest, depth(4, true)]),
             ],
             halve: entry_point("halve", &[config, buffer(1, Use::Uniform), farthest]),
             finish: entry_point("finish", &[config, buffer(1, Use::Uniform), farthest]),
+            nearest: device.create_sampler(&wgpu::SamplerDescriptor { label: Some("nearest"), ..Default::default() }),
         }
     }
 
@@ -110,8 +119,8 @@ impl BuildPyramid {
             let level = &config.levels[*level as usize];
             level.width * level.height > SMALL
         };
-        let small = (1..config.level_count).find(|level| !is_large(level)).unwrap_or(config.level_count);
-        let halve = (1..small).map(|level| of_level(level, &self.halve.1)).collect();
+        let small = (2..config.level_count).find(|level| !is_large(level)).unwrap_or(config.level_count);
+        let halve = (2..small).map(|level| of_level(level, &self.halve.1)).collect();
         let finish = (small < config.level_count).then(|| of_level(small, &self.finish.1));
         BoundPyramid { config, read, halve, finish }
     }
@@ -125,14 +134,18 @@ impl BuildPyramid {
         depth: &wgpu::TextureView,
     ) -> wgpu::BindGroup {
         let several = usize::from(config.sample_count > 1);
+        let mut entries = vec![
+            entry(0, pyramid.as_entire_binding()),
+            entry(2, farthest.as_entire_binding()),
+            entry(3 + several as u32, wgpu::BindingResource::TextureView(depth)),
+        ];
+        if several == 0 {
+            entries.push(entry(5, wgpu::BindingResource::Sampler(&self.nearest)));
+        }
         device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("read_depth"),
             layout: &self.read[several].1,
-            entries: &[
-                entry(0, pyramid.as_entire_binding()),
-                entry(2, farthest.as_entire_binding()),
-                entry(3 + several as u32, wgpu::BindingResource::TextureView(depth)),
-            ],
+            entries: &entries,
         })
     }
 
@@ -154,6 +167,8 @@ impl BuildPyramid {
             let level = &bound.config.levels[level];
             blocks(level.width * level.height)
         };
+        let finest = &bound.config.levels[0];
+        let fours = blocks(finest.width.div_ceil(2) * finest.height.div_ceil(2));
         let mut dispatch = |pipeline: &wgpu::ComputePipeline, group: &wgpu::BindGroup, groups: u32| {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, group, &[]);
@@ -163,9 +178,9 @@ impl BuildPyramid {
                 1,
             );
         };
-        dispatch(&self.read[usize::from(bound.config.sample_count > 1)].0, &bound.read, groups_of(0));
+        dispatch(&self.read[usize::from(bound.config.sample_count > 1)].0, &bound.read, fours);
         for (before, group) in bound.halve.iter().enumerate() {
-            dispatch(&self.halve.0, group, groups_of(before + 1));
+            dispatch(&self.halve.0, group, groups_of(before + 2));
         }
         if let Some(group) = &bound.finish {
             dispatch(&self.finish.0, group, 1);

@@ -1,7 +1,7 @@
 //! The draw: sky and ground, then the crowd, into a colour view with the renderer's own depth; or the crowd alone into an engine's.
 
 use super::allocate::texture_or_error;
-use super::kernel::{Use, buffer_entry, fetches_from_storage, with_stored_frames};
+use super::kernel::{Use, buffer_entry, fetches_from_storage, lit_source, with_stored_frames, with_stored_maps};
 use super::lit::{Lit, has_shadows};
 use super::renderer::RendererOptions;
 use super::shadows::light_layout;
@@ -37,7 +37,7 @@ pub fn crowd_source() -> String {
 
 /// The same for software adapters, which fetch frames in another way.
 pub fn crowd_source_of_software() -> String {
-    with_stored_frames(&crowd_source())
+    with_stored_maps(&with_stored_frames(&crowd_source()))
 }
 
 /// What every technique draws with: targets, backdrop, the crowd's shader and its layout.
@@ -402,7 +402,7 @@ impl Layouts {
 }
 
 fn lit_backdrop(shape: &Shape<'_>, layouts: [wgpu::BindGroupLayout; 2]) -> Lit {
-    let module = shape.module("backdrop", backdrop_source());
+    let module = shape.module("backdrop", lit_source(shape.device, backdrop_source()));
     let Shape { color_format, sample_count, depth, .. } = *shape;
     let device = shape.device.clone();
     Lit::new(move |shows_shadows| {

@@ -1,6 +1,6 @@
 //! Ground and walls around the crowd: one indexed draw after the backdrop.
 
-use super::kernel::{Use, buffer_entry};
+use super::kernel::{Use, buffer_entry, lit_source};
 use super::lit::{Lit, has_shadows};
 use super::renderer::RendererOptions;
 use super::shadows::caster_bias;
@@ -103,7 +103,7 @@ fn pipeline(
 ) -> wgpu::RenderPipeline {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some("scenery"),
-        source: wgpu::ShaderSource::Wgsl(scenery_source().into()),
+        source: wgpu::ShaderSource::Wgsl(lit_source(device, scenery_source()).into()),
     });
     let light = lit.map(|(_, light, _)| light);
     let constants = [has_shadows(lit.is_some_and(|(.., shows)| shows))];

@@ -1,6 +1,6 @@
 //! Dispatches of water filling: the search in rounds, then the steps' prefix sums and the levels.
 
-use super::kernel::{Kernel, Use, blocks, stage_source};
+use super::kernel::{Gate, Groups, Kernel, Use, blocks, stage_source};
 use crate::dispatch::{FILL_CHUNKS, FILL_TRIED};
 use crate::{FrameConfig, Weight};
 
@@ -90,10 +90,21 @@ impl FillBudget {
 
     /// Records the last part alone: between the two heights that the state has, the first instances take the step.
     pub fn record_steps(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
-        self.kernel.dispatch(pass, 3, bound, chunks(instance_count));
-        self.kernel.dispatch(pass, 4, bound, 1);
-        self.kernel.dispatch(pass, 6, bound, blocks(instance_count));
-        self.kernel.dispatch(pass, 7, bound, 1);
+        self.record_gated_steps(pass, bound, instance_count, None);
+    }
+
+    pub(crate) fn record_gated_steps(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        bound: &wgpu::BindGroup,
+        instance_count: u32,
+        gate: Gate<'_>,
+    ) {
+        // A gate lets through as many groups as there are blocks: those beyond the chunks have nothing to do.
+        self.kernel.dispatch_gated(pass, 3, bound, (Groups::Blocks, chunks(instance_count)), gate);
+        self.kernel.dispatch_gated(pass, 4, bound, (Groups::One, 1), gate);
+        self.kernel.dispatch_gated(pass, 6, bound, (Groups::Blocks, blocks(instance_count)), gate);
+        self.kernel.dispatch_gated(pass, 7, bound, (Groups::One, 1), gate);
     }
 }
 

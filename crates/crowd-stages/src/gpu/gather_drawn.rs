@@ -1,6 +1,6 @@
 //! Dispatch of what drawn instances tell their vertices: one thread an instance.
 
-use super::kernel::{Kernel, Use, blocks, stage_source};
+use super::kernel::{Gate, Groups, Kernel, Use, blocks, stage_source};
 
 /// Shader: `shaders/stages/gather_drawn.wgsl`. Twin: [`crate::cpu::gather_drawn`].
 pub struct GatherDrawn {
@@ -62,6 +62,16 @@ impl GatherDrawn {
 
     /// The same in the order of the instances, which writes what that writes.
     pub fn record_scattered(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
-        self.kernel.dispatch(pass, 1, bound, blocks(instance_count));
+        self.record_gated(pass, bound, instance_count, None);
+    }
+
+    pub(crate) fn record_gated(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        bound: &wgpu::BindGroup,
+        instance_count: u32,
+        gate: Gate<'_>,
+    ) {
+        self.kernel.dispatch_gated(pass, 1, bound, (Groups::Blocks, blocks(instance_count)), gate);
     }
 }

@@ -1,6 +1,6 @@
 //! Dispatches between the phases of occlusion culling and after them: one thread each.
 
-use super::kernel::{Kernel, Use, stage_source};
+use super::kernel::{Gate, Groups, Kernel, Use, stage_source};
 
 /// Shader: `shaders/stages/join_phases.wgsl`. Twins: [`crate::cpu::begin_second`], [`crate::cpu::join_phases`].
 pub struct JoinPhases {
@@ -15,7 +15,7 @@ impl JoinPhases {
 
     /// Compiles the stage.
     pub fn new(device: &wgpu::Device) -> Self {
-        let uses = [Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Read, Use::Write, Use::Write, Use::Write];
+        let uses = [Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Read, Use::Write, Use::Read, Use::Write];
         Self { kernel: Kernel::new(device, "join_phases", Self::source(), &["begin_second", "join"], &uses) }
     }
 
@@ -35,9 +35,13 @@ impl JoinPhases {
         self.kernel.bind(device, &[config, sums, second_sums, fill, tally, second_fill, first_totals, totals])
     }
 
-    /// Records the water of the second phase; `totals` has what the first came to.
+    /// Records the water of the second phase; `first_totals` has what the first came to.
     pub fn record_begin(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup) {
-        self.kernel.dispatch(pass, 0, bound, 1);
+        self.record_gated_begin(pass, bound, None);
+    }
+
+    pub(crate) fn record_gated_begin(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, gate: Gate<'_>) {
+        self.kernel.dispatch_gated(pass, 0, bound, (Groups::One, 1), gate);
     }
 
     /// Records the sum of both; `totals` has what the second came to.

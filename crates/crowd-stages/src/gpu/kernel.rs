@@ -42,6 +42,18 @@ pub(crate) fn with_stored_frames(source: &str) -> String {
         .replace(fetched, "textureLoad(animation, vec2u(x, y), layer)")
 }
 
+/// The same for the shadow maps.
+pub(crate) fn with_stored_maps(source: &str) -> String {
+    let [declared, fetched] = ["var shadow_map: texture_2d_array<f32>", ", map, 0).x"];
+    assert!(source.contains(declared) && source.matches(fetched).count() == 3, "shadow.wgsl fetches in other words");
+    source.replace(declared, "var shadow_map: texture_storage_2d_array<r32float, read>").replace(fetched, ", map).x")
+}
+
+/// A shader that looks at the shadow maps, as it is compiled for the device.
+pub(crate) fn lit_source(device: &wgpu::Device, source: String) -> String {
+    if fetches_from_storage(device) { with_stored_maps(&source) } else { source }
+}
+
 /// The WGSL a stage is compiled from.
 pub(crate) fn stage_source(shared: &[&str], stage: &str) -> String {
     let mut source = String::from(RECORDS);
@@ -97,6 +109,20 @@ pub(crate) fn buffer_entry(
         ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size },
         count: None,
     }
+}
+
+/// Arguments of dispatches that the GPU writes where there is something to do and leaves at zero elsewhere: what `recall_seen` calls `gate`.
+pub(crate) type Gate<'a> = Option<&'a wgpu::Buffer>;
+
+/// Which of a gate's three entries says how many groups there are; its number.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Groups {
+    /// A block of instances each.
+    Blocks = 0,
+    /// One.
+    One = 1,
+    /// Of the sort in one pass.
+    Runs = 2,
 }
 
 /// A stage's pipelines, one an entry point, over one layout.
@@ -189,6 +215,24 @@ impl Kernel {
         pass.set_pipeline(&self.pipelines[entry]);
         pass.set_bind_group(0, bound, &[]);
         pass.dispatch_workgroups(groups.min(FOLD_COLUMNS), groups.div_ceil(FOLD_COLUMNS), 1);
+    }
+
+    /// The same, or where there is a gate as many groups as that lets through.
+    pub(crate) fn dispatch_gated(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        entry: usize,
+        bound: &wgpu::BindGroup,
+        groups: (Groups, u32),
+        gate: Gate<'_>,
+    ) {
+        let Some(gate) = gate else {
+            self.dispatch(pass, entry, bound, groups.1);
+            return;
+        };
+        pass.set_pipeline(&self.pipelines[entry]);
+        pass.set_bind_group(0, bound, &[]);
+        pass.dispatch_workgroups_indirect(gate, groups.0 as u64 * size_of::<[u32; 3]>() as u64);
     }
 
     /// Dispatches as many groups as a buffer says.

@@ -1,6 +1,6 @@
 //! Dispatch of the keys: one thread an instance.
 
-use super::kernel::{Kernel, Use, blocks, stage_source};
+use super::kernel::{Gate, Groups, Kernel, Use, blocks, stage_source};
 
 /// Shader: `shaders/stages/key_instances.wgsl`. Twins: [`crate::cpu::key_instances`], [`crate::cpu::key_full_detail`].
 pub struct KeyInstances {
@@ -57,7 +57,17 @@ impl KeyInstances {
 
     /// Records the dispatch for that many instances: the buckets of the levels chosen.
     pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
-        self.kernel.dispatch(pass, 0, bound, blocks(instance_count));
+        self.record_gated(pass, bound, instance_count, None);
+    }
+
+    pub(crate) fn record_gated(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        bound: &wgpu::BindGroup,
+        instance_count: u32,
+        gate: Gate<'_>,
+    ) {
+        self.kernel.dispatch_gated(pass, 0, bound, (Groups::Blocks, blocks(instance_count)), gate);
     }
 
     /// Records the dispatch for that many instances: the buckets of full detail.

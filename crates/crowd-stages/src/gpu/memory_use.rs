@@ -91,6 +91,8 @@ pub(crate) struct Sizes {
     pub(crate) poses: Option<(PoseCounts, u64)>,
     /// Stages run on a processor.
     pub(crate) is_software: bool,
+    /// Shadow maps are read from copies.
+    pub(crate) copies_maps: bool,
     /// Largest binding, bytes.
     pub(crate) largest_binding: u64,
 }
@@ -206,6 +208,7 @@ impl Sizes {
             + bytes::<WeightSums>(1)
             + bytes::<FillState>(1)
             + bytes::<FrameTotals>(1)
+            + bytes::<u32>(9)
             + bytes::<PyramidConfig>(1)
             + bytes::<f32>(pyramid.number_count().into())
     }
@@ -213,7 +216,10 @@ impl Sizes {
     /// `Shadows::new`.
     pub(crate) fn shadows(&self, side: u32) -> u64 {
         let maps = u64::from(MAX_CASCADES);
-        4 * u64::from(side) * u64::from(side) * maps
+        let map = 4 * u64::from(side) * u64::from(side);
+        // The copies, and what one goes through.
+        map * maps
+            + if self.copies_maps { map * (maps + 1) } else { 0 }
             + bytes::<ShadowConfig>(1)
             + bytes::<LodChoice>(self.instances())
             // Where each instance's vertices are.

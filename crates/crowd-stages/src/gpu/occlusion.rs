@@ -1,6 +1,7 @@
 //! Two-phase occlusion culling: who was not hidden in the last frame is drawn first; its depth becomes a pyramid, and of the
 //! others who is not hidden by that is drawn after. So nothing visible is missed, whatever moved since.
 
+use super::kernel::Gate;
 use super::selection::Selection;
 use super::stage_recorder::StageRecorder;
 use super::targets::DepthWay;
@@ -15,6 +16,13 @@ pub(crate) struct Occlusion {
     /// The number of instances it is valid for, then a word for each.
     seen: wgpu::Buffer,
     tally: wgpu::Buffer,
+    /// Arguments of the second phase's dispatches, zeros where nobody waits for it.
+    gate: wgpu::Buffer,
+    /// What the second phase writes only if somebody waits.
+    second_sums: wgpu::Buffer,
+    /// What the first phase came to, and of the newest phase.
+    first_totals: wgpu::Buffer,
+    totals: wgpu::Buffer,
     recall: (RecallSeen, wgpu::BindGroup),
     /// The shared selection with what is left of the budget.
     first: Selection,
@@ -48,9 +56,11 @@ impl Occlusion {
         let blocks = max_instances.div_ceil(BLOCK_SIZE).into();
         let tallies = up.empty::<SightTally>("sight tallies of blocks", blocks, written, fewer)?;
         let first_config = up.empty::<FrameConfig>("first frame config", 1, written | Usage::UNIFORM, fewer)?;
-        let second_sums = up.empty::<WeightSums>("second sums", 1, written, fewer)?;
+        let cleared = written | Usage::COPY_DST;
+        let gate = up.empty::<u32>("gate of the second phase", 9, written | Usage::INDIRECT, fewer)?;
+        let second_sums = up.empty::<WeightSums>("second sums", 1, cleared, fewer)?;
         let second_fill = up.empty::<FillState>("second fill state", 1, written, fewer)?;
-        let first_totals = up.empty::<FrameTotals>("first totals", 1, written, fewer)?;
+        let first_totals = up.empty::<FrameTotals>("first totals", 1, cleared, fewer)?;
 
         let recall = RecallSeen::new(device);
         let recall_bound = recall.bind(
@@ -63,6 +73,7 @@ impl Occlusion {
             &tallies,
             &tally,
             &first_config,
+            &gate,
         );
         let sum = SumWeights::new(device);
         let sum_bound = sum.bind(device, &f.config, &c.characters, &f.culled, &f.block_sums, &second_sums);
@@ -90,6 +101,10 @@ impl Occlusion {
         Ok(Self {
             seen,
             tally,
+            gate,
+            second_sums,
+            first_totals,
+            totals: f.totals.clone(),
             recall: (recall, recall_bound),
             first,
             build: BuildPyramid::new(device),
@@ -159,17 +174,30 @@ impl Occlusion {
         self.first.record_levels(recorder, config, options);
     }
 
-    /// After the first phase is drawn: levels of those who come into sight.
-    pub(crate) fn record_second(&self, recorder: &mut StageRecorder<'_>, config: &FrameConfig) {
+    /// After the first phase is drawn: levels of those who come into sight. `is_gated`: everything up to the draw goes by the gate, so it takes no time
+    /// where nobody waits.
+    pub(crate) fn record_second(&self, recorder: &mut StageRecorder<'_>, config: &FrameConfig, is_gated: bool) {
         let count = config.instance_count;
         let pyramid = self.pyramid.as_ref().expect("fit comes first");
+        // What is left as it is if nobody waits.
+        let encoder = &mut *recorder.encoder;
+        encoder.copy_buffer_to_buffer(&self.totals, 0, &self.first_totals, 0, size_of::<FrameTotals>() as u64);
+        for buffer in [&self.totals, &self.second_sums] {
+            encoder.clear_buffer(buffer, 0, None);
+        }
+        let gate = self.gate().filter(|_| is_gated);
         recorder.stage("build_pyramid", |pass| self.build.record(pass, &pyramid.build));
         recorder.stage("test_occlusion", |pass| self.test.record(pass, &pyramid.test, count));
-        recorder.stage("sum_weights", |pass| self.sum.0.record(pass, &self.sum.1, count));
-        recorder.stage("join_phases", |pass| self.join.0.record_begin(pass, &self.join.1));
+        recorder.stage("sum_weights", |pass| self.sum.0.record_gated(pass, &self.sum.1, count, gate));
+        recorder.stage("join_phases", |pass| self.join.0.record_gated_begin(pass, &self.join.1, gate));
         let by_error = config.weight == Weight::Error as u32;
         let bound = if by_error { &self.fill_by_error } else { &self.fill_quantized };
-        recorder.stage("fill_budget", |pass| self.fill.record_steps(pass, bound, count));
+        recorder.stage("fill_budget", |pass| self.fill.record_gated_steps(pass, bound, count, gate));
+    }
+
+    /// What the second phase's dispatches may go by.
+    pub(crate) fn gate(&self) -> Gate<'_> {
+        Some(&self.gate)
     }
 
     /// What both phases came to.

@@ -15,7 +15,8 @@ impl RecallSeen {
 
     /// Compiles the stage.
     pub fn new(device: &wgpu::Device) -> Self {
-        let uses = [Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Write, Use::Write, Use::Write, Use::Write];
+        let uses =
+            [Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Write, Use::Write, Use::Write, Use::Write, Use::Write];
         Self { kernel: Kernel::new(device, "recall_seen", Self::source(), &["recall", "reserve"], &uses) }
     }
 
@@ -31,8 +32,10 @@ impl RecallSeen {
         block_tallies: &wgpu::Buffer,
         tally: &wgpu::Buffer,
         first_config: &wgpu::Buffer,
+        gate: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
-        self.kernel.bind(device, &[config, instances, characters, seen, culled, block_tallies, tally, first_config])
+        self.kernel
+            .bind(device, &[config, instances, characters, seen, culled, block_tallies, tally, first_config, gate])
     }
 
     /// Records the dispatches for that many instances.

@@ -492,7 +492,7 @@ impl CrowdRenderer {
         let parts: &[Part] = if context.occlusion.is_some() { &[Part::First, Part::Last] } else { &[Part::Only] };
         for (number, &part) in parts.iter().enumerate() {
             if let Some(occlusion) = context.occlusion.filter(|_| part == Part::Last) {
-                occlusion.record_second(&mut recorder, &config);
+                occlusion.record_second(&mut recorder, &config, painter.can_be_gated(&context));
                 painter.record_again(&mut recorder, &context);
                 occlusion.record_join(&mut recorder);
             }

@@ -7,7 +7,7 @@ use super::bucket_draws::BucketDraws;
 use super::draw_crowd::{DEPTH, DrawCrowd};
 use super::draw_scenery::DrawScenery;
 use super::feed::BoundFeed;
-use super::kernel::{Use, buffer_entry};
+use super::kernel::{Use, buffer_entry, fetches_from_storage};
 use super::lending::{Lender, Lending};
 use super::renderer::RendererOptions;
 use super::select_casters::SelectCasters;
@@ -17,6 +17,8 @@ use crate::dispatch::MAX_CASCADES;
 use crate::{CascadeStep, FrameConfig, FrameTotals, LodChoice, Result, ShadowConfig, WeightSums};
 use wgpu::BufferUsages as Usage;
 
+/// Of the maps' copies that are read as storage textures.
+const COPY: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 /// All that is done for the maps, as one stage in the times.
 pub(crate) const SHADOWS: &str = "shadows";
 /// Time stamps of a cascade.
@@ -28,10 +30,17 @@ const SLOPE_BIAS: f32 = 1.5;
 pub(crate) fn light_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let fragment = wgpu::ShaderStages::FRAGMENT;
     let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: fragment, ty, count: None };
-    let map = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: false },
-        view_dimension: wgpu::TextureViewDimension::D2Array,
-        multisampled: false,
+    let map = match fetches_from_storage(device) {
+        true => wgpu::BindingType::StorageTexture {
+            access: wgpu::StorageTextureAccess::ReadOnly,
+            format: COPY,
+            view_dimension: wgpu::TextureViewDimension::D2Array,
+        },
+        false => wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2Array,
+            multisampled: false,
+        },
     };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("light"),
@@ -43,7 +52,14 @@ pub(crate) fn light_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 pub(crate) struct Light {
     config: wgpu::Buffer,
     map: wgpu::Texture,
+    copied: Option<Copied>,
     bound: wgpu::BindGroup,
+}
+
+/// The maps once more where a storage texture is read faster, and what they go through: depths cannot be copied from texture to texture.
+struct Copied {
+    numbers: wgpu::Buffer,
+    map: wgpu::Texture,
 }
 
 impl Light {
@@ -55,6 +71,7 @@ impl Light {
         // One layer alone would be no array on OpenGL.
         let layers = maps.max(2);
         let bytes = u64::from(side) * u64::from(side) * 4 * u64::from(layers);
+        let is_copied = fetches_from_storage(device);
         let descriptor = wgpu::TextureDescriptor {
             label: Some("shadow maps"),
             size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: layers },
@@ -62,7 +79,8 @@ impl Light {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: DEPTH,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                | if is_copied { wgpu::TextureUsages::COPY_SRC } else { wgpu::TextureUsages::TEXTURE_BINDING },
             view_formats: &[],
         };
         let map = texture_or_error(device, "shadow maps", bytes, "draw without shadows", &descriptor)?;
@@ -72,7 +90,22 @@ impl Light {
             usage: Usage::UNIFORM | Usage::COPY_DST,
             mapped_at_creation: false,
         });
-        let view = map.create_view(&wgpu::TextureViewDescriptor {
+        let copied = is_copied
+            .then(|| {
+                let usage = wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::STORAGE_BINDING;
+                let descriptor = wgpu::TextureDescriptor { format: COPY, usage, ..descriptor };
+                let map =
+                    texture_or_error(device, "copies of shadow maps", bytes, "draw without shadows", &descriptor)?;
+                let numbers = device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("numbers of a shadow map"),
+                    size: u64::from(side) * u64::from(side) * 4,
+                    usage: Usage::COPY_SRC | Usage::COPY_DST,
+                    mapped_at_creation: false,
+                });
+                Ok(Copied { numbers, map })
+            })
+            .transpose()?;
+        let view = copied.as_ref().map_or(&map, |copied| &copied.map).create_view(&wgpu::TextureViewDescriptor {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
         });
@@ -84,16 +117,35 @@ impl Light {
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&view) },
             ],
         });
-        Ok(Self { config, map, bound })
+        Ok(Self { config, map, copied, bound })
     }
 
     pub(crate) fn bound(&self) -> &wgpu::BindGroup {
         &self.bound
     }
 
+    /// After a map is drawn: makes it ready to be read.
+    fn record_copy(&self, encoder: &mut wgpu::CommandEncoder, number: u32) {
+        let Some(Copied { numbers, map }) = &self.copied else { return };
+        let size = wgpu::Extent3d { depth_or_array_layers: 1, ..self.map.size() };
+        let origin = wgpu::Origin3d { z: number, ..Default::default() };
+        let layer = |texture, aspect| wgpu::TexelCopyTextureInfo { texture, mip_level: 0, origin, aspect };
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * size.width), rows_per_image: None };
+        let numbers = wgpu::TexelCopyBufferInfo { buffer: numbers, layout };
+        encoder.copy_texture_to_buffer(layer(&self.map, wgpu::TextureAspect::DepthOnly), numbers, size);
+        encoder.copy_buffer_to_texture(numbers, layer(map, wgpu::TextureAspect::All), size);
+    }
+
     pub(crate) fn bytes(&self) -> u64 {
         let size = self.map.size();
-        self.config.size() + u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers) * 4
+        let maps = u64::from(size.width) * u64::from(size.height) * u64::from(size.depth_or_array_layers) * 4;
+        self.config.size() + maps + self.copied.as_ref().map_or(0, |copied| maps + copied.numbers.size())
+    }
+
+    /// Whether the maps are read from copies.
+    pub(crate) fn is_copied(&self) -> bool {
+        self.copied.is_some()
     }
 }
 
@@ -267,6 +319,8 @@ impl Shadows {
                 pass.set_pipeline(&self.dots);
                 self.draws.draw_stand_ins(&mut pass);
             }
+            drop(pass);
+            self.light.record_copy(recorder.encoder, number as u32);
         }
         recorder.group = None;
     }

@@ -1,6 +1,6 @@
 //! Dispatches of the sort in one pass: counts, prefix sums, moves.
 
-use super::kernel::{Kernel, Use, stage_source};
+use super::kernel::{Gate, Groups, Kernel, Use, stage_source};
 use crate::dispatch::{AT_ONCE_GROUP_SIZE, AT_ONCE_KEYS, AT_ONCE_RUNS, AT_ONCE_SHORTEST};
 
 /// Shader: `shaders/stages/sort_at_once.wgsl`. Twin: [`crate::cpu::sort_at_once`].
@@ -54,10 +54,20 @@ impl SortAtOnce {
 
     /// Records the dispatches for that many instances, or for fewer: a frame's own count may be less than what it is recorded for.
     pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
+        self.record_gated(pass, bound, instance_count, None);
+    }
+
+    pub(crate) fn record_gated(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        bound: &wgpu::BindGroup,
+        instance_count: u32,
+        gate: Gate<'_>,
+    ) {
         let groups = runs(instance_count).div_ceil(AT_ONCE_GROUP_SIZE);
-        self.kernel.dispatch(pass, 0, bound, groups);
-        self.kernel.dispatch(pass, 1, bound, 1);
-        self.kernel.dispatch(pass, 2, bound, groups);
+        self.kernel.dispatch_gated(pass, 0, bound, (Groups::Runs, groups), gate);
+        self.kernel.dispatch_gated(pass, 1, bound, (Groups::One, 1), gate);
+        self.kernel.dispatch_gated(pass, 2, bound, (Groups::Runs, groups), gate);
     }
 }
 

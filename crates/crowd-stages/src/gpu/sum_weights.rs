@@ -1,6 +1,6 @@
 //! Dispatches of the summing stage: a tree a block, then one group over the blocks.
 
-use super::kernel::{Kernel, Use, blocks, stage_source};
+use super::kernel::{Gate, Groups, Kernel, Use, blocks, stage_source};
 
 /// Shader: `shaders/stages/sum_weights.wgsl`. Twin: [`crate::cpu::sum_weights`].
 pub struct SumWeights {
@@ -34,7 +34,17 @@ impl SumWeights {
 
     /// Records the dispatches for that many instances.
     pub fn record(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, instance_count: u32) {
-        self.kernel.dispatch(pass, 0, bound, blocks(instance_count));
-        self.kernel.dispatch(pass, 1, bound, 1);
+        self.record_gated(pass, bound, instance_count, None);
+    }
+
+    pub(crate) fn record_gated(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        bound: &wgpu::BindGroup,
+        instance_count: u32,
+        gate: Gate<'_>,
+    ) {
+        self.kernel.dispatch_gated(pass, 0, bound, (Groups::Blocks, blocks(instance_count)), gate);
+        self.kernel.dispatch_gated(pass, 1, bound, (Groups::One, 1), gate);
     }
 }

@@ -1,6 +1,6 @@
 //! Dispatches of the buckets' arguments: clear, find where buckets begin and end, write.
 
-use super::kernel::{Kernel, Use, blocks, stage_source};
+use super::kernel::{Gate, Groups, Kernel, Use, blocks, stage_source};
 
 /// Shader: `shaders/stages/write_bucket_args.wgsl`. Twin: [`crate::cpu::write_bucket_args`].
 pub struct WriteBucketArgs {
@@ -66,6 +66,10 @@ impl WriteBucketArgs {
 
     /// The same where it is known which instances are in which bucket.
     pub fn record_args(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup) {
-        self.kernel.dispatch(pass, 2, bound, 1);
+        self.record_gated_args(pass, bound, None);
+    }
+
+    pub(crate) fn record_gated_args(&self, pass: &mut wgpu::ComputePass<'_>, bound: &wgpu::BindGroup, gate: Gate<'_>) {
+        self.kernel.dispatch_gated(pass, 2, bound, (Groups::One, 1), gate);
     }
 }

@@ -76,6 +76,7 @@ impl CrowdRenderer {
             wide_indices: indices.saturating_sub((dot_indices + impostor_indices).into()),
             poses: self.crowd.poses.as_ref().map(|(counts, first)| (*counts, first.len() as u64)),
             is_software: self.is_software,
+            copies_maps: self.unshaded.is_copied(),
             largest_binding: self.largest_binding,
         }
     }

@@ -60,6 +60,19 @@ impl Bucketed {
         }
     }
 
+    /// Everything between levels and draws.
+    fn record_list(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
+        let count = context.config.instance_count;
+        self.draws.record_keys(recorder, count);
+        if let Some(beforehand) = self.beforehand(context).filter(|_| context.options.shares_poses()) {
+            let with_vertices = context.skinning == Skinning::Compute;
+            beforehand.skinning.record_shared(recorder, &self.draws, count, with_vertices);
+            return;
+        }
+        self.draws.record_sort(recorder, count);
+        self.record_before_draw(recorder, context, |draws, recorder, count| draws.record_drawn(recorder, count));
+    }
+
     fn beforehand(&self, context: &FrameContext<'_>) -> Option<&Beforehand> {
         self.beforehand.as_ref().filter(|_| context.skinning != Skinning::Vertex)
     }
@@ -101,19 +114,18 @@ impl Painter for Bucketed {
             Some(occlusion) => occlusion.record_first(recorder, context.selection, context.config, &context.options),
             None => context.selection.record(recorder, context.config, &context.options),
         }
-        self.record_again(recorder, context);
+        self.record_list(recorder, context);
+    }
+
+    fn can_be_gated(&self, context: &FrameContext<'_>) -> bool {
+        self.beforehand(context).is_none() && self.draws.can_be_gated()
     }
 
     fn record_again(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {
-        let count = context.config.instance_count;
-        self.draws.record_keys(recorder, count);
-        if let Some(beforehand) = self.beforehand(context).filter(|_| context.options.shares_poses()) {
-            let with_vertices = context.skinning == Skinning::Compute;
-            beforehand.skinning.record_shared(recorder, &self.draws, count, with_vertices);
-            return;
+        match context.occlusion.filter(|_| self.can_be_gated(context)) {
+            Some(occlusion) => self.draws.record_gated(recorder, context.config.instance_count, occlusion.gate()),
+            None => self.record_list(recorder, context),
         }
-        self.draws.record_sort(recorder, count);
-        self.record_before_draw(recorder, context, |draws, recorder, count| draws.record_drawn(recorder, count));
     }
 
     fn record_frozen(&self, recorder: &mut StageRecorder<'_>, context: &FrameContext<'_>) {

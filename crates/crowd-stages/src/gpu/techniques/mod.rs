@@ -53,6 +53,11 @@ pub(crate) trait Painter: Send + Sync {
     /// Records the stages after the levels once more, for instances that were chosen after the first draw.
     fn record_again(&self, _recorder: &mut StageRecorder<'_>, _context: &FrameContext<'_>) {}
 
+    /// Whether [`Self::record_again`] does nothing, and takes no time for it, where nobody was chosen.
+    fn can_be_gated(&self, _context: &FrameContext<'_>) -> bool {
+        false
+    }
+
     /// Sets up what works out vertices before the draw, unless it is.
     fn prepare_skinning(&mut self, _workshop: Workshop<'_, '_>) -> Result<()> {
         Ok(())
