@@ -18,9 +18,13 @@
 
 // Nobody is an impostor, and levels are not by error: what most frames are. A branch would cost what it leaves out, on adapters that go through both sides.
 override IS_PLAIN: bool = false;
+// Below so many vertices every character is dots, the same for all: their number is worked out and no table asked. Twin: dot_reach in crowd-stages/src/dots.rs.
+override DOT_REACH: f32 = 0.0;
 
 // Threads of a group that sums a chunk of instances.
 const FILL_GROUP_SIZE: u32 = 64u;
+// Most instances of whom a thread notes who needs a second look: the bits of a word.
+const NOTED: u32 = 32u;
 // Between two heights of the first pass there are seventeen parts, with seventeen parts each.
 const FILL_PARTS: u32 = FILL_CANDIDATES + 1u;
 const FILL_CELLS: u32 = FILL_PARTS * FILL_PARTS;
@@ -250,6 +254,20 @@ fn is_found() -> bool {
     return fill.high_cell <= fill.low_cell + 1u && fill.pass_number > 0u;
 }
 
+// What the threads of a group have counted at the eight heights, added up for its chunk.
+fn sum_lanes(chunk: u32, lane: u32, counts_a: vec4u, counts_b: vec4u) {
+    keep_lane_counts(lane * FILL_TRIED, counts_a);
+    keep_lane_counts(lane * FILL_TRIED + 4u, counts_b);
+    workgroupBarrier();
+    if lane < FILL_TRIED && chunk < chunk_count() && !is_found() {
+        var sum = 0u;
+        for (var l = 0u; l < FILL_GROUP_SIZE; l++) {
+            sum = saturating_add(sum, lane_counts[l * FILL_TRIED + lane]);
+        }
+        block_counts[count_at(fill.pass_number * FILL_TRIED + lane, chunk)] = sum;
+    }
+}
+
 // The eight sums are two vectors, which stay in registers; an array would not.
 @compute @workgroup_size(FILL_GROUP_SIZE)
 fn sum_heights(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
@@ -269,16 +287,52 @@ fn sum_heights(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocatio
         counts_a = saturating_add_4(counts_a, counts_in(one, bits_a));
         counts_b = saturating_add_4(counts_b, counts_in(one, bits_b));
     }
-    keep_lane_counts(lane * FILL_TRIED, counts_a);
-    keep_lane_counts(lane * FILL_TRIED + 4u, counts_b);
-    workgroupBarrier();
-    if lane < FILL_TRIED && chunk < chunk_count() && !is_found() {
-        var sum = 0u;
-        for (var l = 0u; l < FILL_GROUP_SIZE; l++) {
-            sum = saturating_add(sum, lane_counts[l * FILL_TRIED + lane]);
+    sum_lanes(chunk, lane, counts_a, counts_b);
+}
+
+// Whether the number of its vertices is worked out so at a product up to this.
+fn is_dots(one: CullRecord, product: f32) -> bool {
+    return (one.area_px2 < config.dot_area_px2) & (product < DOT_REACH);
+}
+
+// The same as `sum_heights` where many are dots, for adapters that are processors: first those, whose records alone are read, then the others, whom each
+// thread has noted. A loop ends there for a group of lanes when it does for all of them; an `if` saves nothing.
+@compute @workgroup_size(FILL_GROUP_SIZE)
+fn sum_heights_of_dots(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let chunk = group_number(workgroup);
+    let bits_a = heights_from(0u);
+    let bits_b = heights_from(4u);
+    let most = max(bits_a, bits_b);
+    let highest = bitcast<f32>(max(max(most.x, most.y), max(most.z, most.w)));
+    var counts_a = vec4u();
+    var counts_b = vec4u();
+    let first = min(chunk * chunk_size(), config.instance_count);
+    let end = select(min(first + chunk_size(), config.instance_count), 0u, is_found());
+    for (var batch = first + lane; batch < end; batch += NOTED * FILL_GROUP_SIZE) {
+        var others = 0u;
+        var dots_a = vec4u();
+        var dots_b = vec4u();
+        let turns = min((end - batch + FILL_GROUP_SIZE - 1u) / FILL_GROUP_SIZE, NOTED);
+        for (var turn = 0u; turn < turns; turn++) {
+            let one = culled[batch + turn * FILL_GROUP_SIZE];
+            let is_far = is_dots(one, one.weight * highest);
+            let seen = select(0u, 1u, one.visible != 0u);
+            others |= select(seen, 0u, is_far) << turn;
+            let counted = vec4u(select(0u, seen, is_far));
+            dots_a += counted * dots_at(one.weight * bitcast<vec4f>(bits_a));
+            dots_b += counted * dots_at(one.weight * bitcast<vec4f>(bits_b));
         }
-        block_counts[count_at(fill.pass_number * FILL_TRIED + lane, chunk)] = sum;
+        let each = select(DOT_VERTICES, 1u, config.budget_in == BUDGET_TRIANGLES);
+        counts_a = saturating_add_4(counts_a, each * dots_a);
+        counts_b = saturating_add_4(counts_b, each * dots_b);
+        while others != 0u {
+            let one = weighed(batch + firstTrailingBit(others) * FILL_GROUP_SIZE);
+            others &= others - 1u;
+            counts_a = saturating_add_4(counts_a, counts_in(one, bits_a));
+            counts_b = saturating_add_4(counts_b, counts_in(one, bits_b));
+        }
     }
+    sum_lanes(chunk, lane, counts_a, counts_b);
 }
 
 // Sum of a slot, of `lanes`.
@@ -487,6 +541,37 @@ fn choose_levels(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocat
         return;
     }
     choices[i] = choice_of(i, block_counts[i / chunk_size() + 1u] <= left_over());
+}
+
+// The same where many are dots, as `sum_heights_of_dots` is. A group a chunk.
+@compute @workgroup_size(FILL_GROUP_SIZE)
+fn choose_levels_of_dots(@builtin(workgroup_id) workgroup: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let chunk = group_number(workgroup);
+    let takes_step = block_counts[min(chunk, FILL_CHUNKS) + 1u] <= left_over();
+    let height = bitcast<f32>(select(fill.low_bits, fill.high_bits, takes_step));
+    let first = min(chunk * chunk_size(), config.instance_count);
+    let end = min(first + chunk_size(), config.instance_count);
+    for (var batch = first + lane; batch < end; batch += NOTED * FILL_GROUP_SIZE) {
+        var others = 0u;
+        let turns = min((end - batch + FILL_GROUP_SIZE - 1u) / FILL_GROUP_SIZE, NOTED);
+        for (var turn = 0u; turn < turns; turn++) {
+            let i = batch + turn * FILL_GROUP_SIZE;
+            let one = culled[i];
+            let product = one.weight * height;
+            let seen = select(0u, 1u, one.visible != 0u);
+            let other = select(seen, 0u, is_dots(one, product));
+            others |= other << turn;
+            if other == 0u {
+                let dots = seen * dots_at(vec4f(product)).x;
+                choices[i] = LodChoice(DOT_VERTICES * dots, dots);
+            }
+        }
+        while others != 0u {
+            let i = batch + firstTrailingBit(others) * FILL_GROUP_SIZE;
+            others &= others - 1u;
+            choices[i] = choice_of(i, takes_step);
+        }
+    }
 }
 
 // One group: who of that chunk takes the step.

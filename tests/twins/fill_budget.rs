@@ -1,8 +1,11 @@
 //! `fill_budget` on the GPU against its twin: equal; and that the budget is spent, on the twin.
 
 use crate::cases::{Case, Selected, buckets, case, cases, close, data, dotted, first_difference, impostored};
-use crowd_pack::LodRecord;
-use crowd_stages::{BudgetIn, FillState, IMPOSTOR_FADE, LodChoice, Weight, WeightSums, cpu, gpu::FillBudget};
+use crowd_pack::{CharacterRecord, LodRecord};
+use crowd_stages::{
+    BudgetIn, DOT_COUNTS, FillState, FrameConfig, IMPOSTOR_FADE, LodChoice, Weight, WeightSums, cpu,
+    dispatch::DOT_VERTICES, dot_reach, gpu::FillBudget,
+};
 use crowd_tests::gpu;
 use proptest::prelude::*;
 
@@ -19,6 +22,29 @@ fn on_gpu_after(
     recorded: u32,
 ) -> (Vec<LodChoice>, FillState, WeightSums) {
     let stage = FillBudget::new(&gpu::device().0);
+    let of_dots = FillBudget::with_dots(&gpu::device().0, dot_reach(&case.data.characters));
+    let plain = run(&stage, case, lods, selected, low_bits, recorded, FillBudget::record);
+    // The other way over the same tables. Others have no dots.
+    if *lods == buckets().quantized_lods(case.data)[..] {
+        let twice = run(&of_dots, case, lods, selected, low_bits, recorded, FillBudget::record_of_dots);
+        assert_eq!(first_difference(&twice.0, &plain.0), None, "{} of {recorded}", case.count());
+        assert_eq!((twice.1, twice.2), (plain.1, plain.2), "{} of {recorded}", case.count());
+    }
+    plain
+}
+
+/// One of the ways to record the stage.
+type Record = fn(&FillBudget, &mut wgpu::ComputePass<'_>, &wgpu::BindGroup, &FrameConfig, u32);
+
+fn run(
+    stage: &FillBudget,
+    case: &Case,
+    lods: &[LodRecord],
+    selected: &Selected,
+    low_bits: u32,
+    recorded: u32,
+    record: Record,
+) -> (Vec<LodChoice>, FillState, WeightSums) {
     let sums = gpu::storage(&[cpu::sum_weights(case.data, &case.instances, &selected.culled, &case.config)]);
     let choices = gpu::output::<LodChoice>(case.instances.len());
     let fill = gpu::storage(&[FillState { low_bits, ..Default::default() }]);
@@ -33,7 +59,7 @@ fn on_gpu_after(
         &sums,
         &choices,
     );
-    gpu::run(|pass| stage.record(pass, &bound, &case.config, recorded));
+    gpu::run(|pass| record(stage, pass, &bound, &case.config, recorded));
     (gpu::read(&choices, case.instances.len()), gpu::read(&fill, 1)[0], gpu::read(&sums, 1)[0])
 }
 
@@ -103,6 +129,52 @@ fn levels_are_those_of_a_search_from_the_beginning_wherever_the_water_was() {
             assert!(fill.pass_number <= if is_close { 2 } else { 5 }, "{hint:#x}: {} looks", fill.pass_number);
             assert_eq!(sums.water_bits, expected.2.water_bits);
         }
+    }
+}
+
+/// Below it nobody has to look into a table of anybody.
+#[test]
+fn below_the_reach_of_dots_all_tables_are_alike() {
+    let lods = buckets().quantized_lods(data());
+    let reach = dot_reach(&data().characters);
+    assert!(reach > 2 * DOT_VERTICES, "a reach of {reach}: the case is not worth running");
+    let dots =
+        |k: u32| DOT_COUNTS.into_iter().rfind(|dots| dots * DOT_VERTICES <= k).expect("k is of one dot at least");
+    let as_dots = |k: u32, character: &CharacterRecord| {
+        let LodRecord { vertex_count, triangle_count } = lods[(character.lod_offset + k) as usize];
+        (vertex_count, triangle_count) == (dots(k) * DOT_VERTICES, dots(k))
+    };
+    let characters = || data().characters.iter();
+    assert!((DOT_VERTICES..reach).all(|k| characters().all(|character| as_dots(k, character))));
+    assert!(!characters().all(|character| as_dots(reach, character)), "none lies farther");
+    // One without dots has them nowhere; one of few triangles has as many dots at most.
+    let with = |min_vertex_count, min_triangle_count| {
+        let own = CharacterRecord { min_vertex_count, min_triangle_count, ..data().characters[0] };
+        dot_reach(&[data().characters[0], own])
+    };
+    assert_eq!([with(3, 1), with(4, 2), with(200, 3), with(200, 1)], [0, 4, 12, 6].map(|r: u32| r.min(reach)));
+    assert_eq!(dot_reach(&[]), 0);
+}
+
+/// Some are dots whose number is worked out, some dots and meshes from the table; with a reach that is too far the levels are others.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn dots_beyond_the_reach_would_be_seen() {
+    let lods = buckets().quantized_lods(data());
+    let reach = dot_reach(&data().characters);
+    let run_to = |reach, case: &Case, selected: &Selected| {
+        let stage = FillBudget::with_dots(&gpu::device().0, reach);
+        run(&stage, case, &lods, selected, 0, case.count(), FillBudget::record_of_dots).0
+    };
+    for (each, lacks_meshes) in [(7, true), (60, false)] {
+        let case = dotted(case(1000, each, Weight::Area));
+        let selected = case.select_culled();
+        let expected = on_cpu(&case, &lods, &selected).0;
+        let below = expected.iter().filter(|choice| (1..reach).contains(&choice.vertex_count)).count();
+        let others = expected.iter().filter(|choice| choice.vertex_count >= reach).count();
+        assert!(others > 20 && (below > 20 || !lacks_meshes), "{below} below {reach}, {others} others");
+        assert_eq!(first_difference(&run_to(reach, &case, &selected), &expected), None);
+        assert!(lacks_meshes || first_difference(&run_to(1 << 20, &case, &selected), &expected).is_some());
     }
 }
 

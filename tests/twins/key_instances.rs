@@ -1,11 +1,27 @@
 //! `key_instances` on the GPU against its twins: equal.
 
 use crate::cases::{Case, Selected, buckets, case, cases, data, dotted, first_difference, impostored};
-use crowd_stages::{Buckets, FillState, IMPOSTOR_FADE, MorphRecord, Weight, cpu, gpu::KeyInstances};
+use crowd_stages::{Buckets, FillState, IMPOSTOR_FADE, MorphRecord, Weight, cpu, dot_reach, gpu::KeyInstances};
 use crowd_tests::gpu;
 
 fn on_gpu(case: &Case, selected: &Selected, fill: FillState, full_detail: bool) -> (Vec<u32>, Vec<MorphRecord>) {
-    let stage = KeyInstances::new(&gpu::device().0);
+    let reach = dot_reach(&case.data.characters);
+    let plain = run(&KeyInstances::new(&gpu::device().0), case, selected, fill, full_detail);
+    let dots_first = run(&KeyInstances::with_dots(&gpu::device().0, reach), case, selected, fill, full_detail);
+    assert_eq!(first_difference(&dots_first.0, &plain.0), None, "{}", case.count());
+    if !full_detail {
+        assert_eq!(first_difference(&dots_first.1, &plain.1), None, "{}", case.count());
+    }
+    plain
+}
+
+fn run(
+    stage: &KeyInstances,
+    case: &Case,
+    selected: &Selected,
+    fill: FillState,
+    full_detail: bool,
+) -> (Vec<u32>, Vec<MorphRecord>) {
     let (keys, morphs) = (gpu::output::<u32>(case.instances.len()), gpu::output::<MorphRecord>(case.instances.len()));
     let bound = stage.bind(
         &gpu::device().0,
@@ -63,6 +79,20 @@ fn keys_and_morphs_agree_for_all_sizes() {
         let expected = cpu::key_full_detail(buckets(), &case.instances, &selected.culled);
         assert_eq!(first_difference(&on_gpu(&case, &selected, fill, true).0, &expected), None, "{}", case.count());
     }
+}
+
+/// Casters of shadows: nobody sees them, but they have levels.
+#[test]
+#[cfg_attr(crowd_no_gpu, ignore = "CROWD_NO_GPU=1: opted out of GPU tests")]
+fn those_with_levels_whom_nobody_sees_have_keys() {
+    let (case, mut selected, fill) = filled(dotted(case(1000, 7, Weight::Area)), 0);
+    selected.culled.iter_mut().step_by(3).for_each(|cull| cull.visible = 0);
+    let (keys, morphs) = on_gpu(&case, &selected, fill, false);
+    let expected = expected(&case, &selected, &fill);
+    let dots = keys.iter().step_by(3).filter(|key| (buckets().mesh_count..buckets().nobody()).contains(key)).count();
+    assert!(dots > 20, "{dots} dots: the case is not worth running");
+    assert_eq!(first_difference(&keys, &expected.0), None);
+    assert_eq!(morphs_differ(&morphs, &expected.1), None);
 }
 
 #[test]

@@ -30,6 +30,18 @@ pub(crate) fn dots_are_coarser(character: &CharacterRecord, dots: u32) -> bool {
     dots * DOT_VERTICES < min_vertex_count && dots <= min_triangle_count.max(1)
 }
 
+/// Below how many vertices [`crate::Buckets::quantized_lods`] gives every character who may be dots the same levels: the most dots that have no more
+/// vertices. 0 where one has no dots. There stages need no table.
+pub fn dot_reach(characters: &[CharacterRecord]) -> u32 {
+    let reach = |character: &CharacterRecord| {
+        let lacking = DOT_COUNTS.into_iter().find(|dots| !dots_are_coarser(character, *dots));
+        let dots =
+            lacking.map_or(character.min_vertex_count, |dots| character.min_vertex_count.min(dots * DOT_VERTICES));
+        if lacking == Some(1) { 0 } else { dots }
+    };
+    characters.iter().map(reach).min().unwrap_or(0)
+}
+
 /// Corners of all dots of all characters: level after level as in [`DOT_COUNTS`], three corners a dot.
 pub fn dot_corners(data: &CrowdData) -> Vec<DotCorner> {
     let of = |number: usize| {

@@ -137,7 +137,10 @@ impl BucketDraws {
         let places = up.empty::<BucketPlace>("places of buckets", u64::from(bucket_count) + 1, written, fewer)?;
 
         let (sort, sorted_keys, sorted) = Sort::new(up, f, &tables, options.max_instances, &keys, &ranges)?;
-        let key = KeyInstances::new(up.device);
+        let key = match is_software(up.device) {
+            true => KeyInstances::with_dots(up.device, c.dot_reach),
+            false => KeyInstances::new(up.device),
+        };
         let key_bound = key.bind(
             up.device,
             &f.config,

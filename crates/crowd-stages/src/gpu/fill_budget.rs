@@ -13,20 +13,28 @@ pub struct FillBudget {
     kernel: Kernel,
     /// What looks at everyone, for frames without impostors that are not by error: `sum_heights`, `choose_levels`.
     plain: Kernel,
+    /// The same where many are dots, see [`Self::with_dots`]: `sum_heights_of_dots`, `choose_levels_of_dots`.
+    dotted: Option<Kernel>,
 }
 
 impl FillBudget {
+    const USES: [Use; 8] =
+        [Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Write, Use::Write, Use::Write, Use::Write];
+
     /// The stage's WGSL as it is compiled.
     pub fn source() -> String {
         stage_source(
-            &[include_str!("../../../../shaders/shared/scan.wgsl")],
+            &[
+                include_str!("../../../../shaders/shared/scan.wgsl"),
+                include_str!("../../../../shaders/shared/dot_count.wgsl"),
+            ],
             include_str!("../../../../shaders/stages/fill_budget.wgsl"),
         )
     }
 
     /// Compiles the stage.
     pub fn new(device: &wgpu::Device) -> Self {
-        let uses = [Use::Uniform, Use::Read, Use::Read, Use::Read, Use::Write, Use::Write, Use::Write, Use::Write];
+        let uses = Self::USES;
         let entry_points = [
             "begin",
             "sum_heights",
@@ -42,7 +50,17 @@ impl FillBudget {
         Self {
             kernel: Kernel::new(device, "fill_budget", Self::source(), &entry_points, &uses),
             plain: Kernel::with_constants(device, "fill_budget", Self::source(), &looks, &uses, &plain),
+            dotted: None,
         }
+    }
+
+    /// The same that goes twice over those who are not dots and once over those who are, for adapters that are processors: see [`Self::record_of_dots`].
+    /// `reach`: of [`crate::dot_reach`].
+    pub fn with_dots(device: &wgpu::Device, reach: u32) -> Self {
+        let constants = [("IS_PLAIN", 1.0), ("DOT_REACH", f64::from(reach))];
+        let looks = ["sum_heights_of_dots", "choose_levels_of_dots"];
+        let dotted = || Kernel::with_constants(device, "fill_budget", Self::source(), &looks, &Self::USES, &constants);
+        Self { dotted: (reach > 0).then(dotted), ..Self::new(device) }
     }
 
     /// Words of `block_counts` for that many instances.
@@ -75,16 +93,45 @@ impl FillBudget {
         config: &FrameConfig,
         instance_count: u32,
     ) {
-        let is_plain = config.impostor_area_px2 <= 0.0 && config.weight != Weight::Error as u32;
-        let (sum_heights, choose_levels) =
-            if is_plain { ((&self.plain, 0), (&self.plain, 1)) } else { ((&self.kernel, 1), (&self.kernel, 6)) };
+        let (sum_heights, choose_levels) = match is_plain(config) {
+            true => ((&self.plain, 0), (&self.plain, 1)),
+            false => ((&self.kernel, 1), (&self.kernel, 6)),
+        };
+        self.record_with(pass, bound, sum_heights, (choose_levels, blocks(instance_count)), instance_count);
+    }
+
+    /// The same of quantised levels with dots ([`crate::Buckets::quantized_lods`]), where many are.
+    pub fn record_of_dots(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        bound: &wgpu::BindGroup,
+        config: &FrameConfig,
+        instance_count: u32,
+    ) {
+        match self.dotted.as_ref().filter(|_| is_plain(config) && config.dot_area_px2 > 0.0) {
+            Some(dotted) => {
+                let choose_levels = ((dotted, 1), chunks(instance_count));
+                self.record_with(pass, bound, (dotted, 0), choose_levels, instance_count);
+            }
+            None => self.record(pass, bound, config, instance_count),
+        }
+    }
+
+    fn record_with(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        bound: &wgpu::BindGroup,
+        sum_heights: (&Kernel, usize),
+        (choose_levels, groups): ((&Kernel, usize), u32),
+        instance_count: u32,
+    ) {
         self.kernel.dispatch(pass, 0, bound, 1);
         for _ in 0..FILL_ROUNDS {
             sum_heights.0.dispatch(pass, sum_heights.1, bound, chunks(instance_count));
             self.kernel.dispatch(pass, 2, bound, 1);
         }
         self.kernel.dispatch(pass, 5, bound, 1);
-        choose_levels.0.dispatch(pass, choose_levels.1, bound, blocks(instance_count));
+        choose_levels.0.dispatch(pass, choose_levels.1, bound, groups);
         self.kernel.dispatch(pass, 7, bound, 1);
     }
 
@@ -106,6 +153,11 @@ impl FillBudget {
         self.kernel.dispatch_gated(pass, 6, bound, (Groups::Blocks, blocks(instance_count)), gate);
         self.kernel.dispatch_gated(pass, 7, bound, (Groups::One, 1), gate);
     }
+}
+
+/// Nobody is an impostor, and levels are not by error.
+fn is_plain(config: &FrameConfig) -> bool {
+    config.impostor_area_px2 <= 0.0 && config.weight != Weight::Error as u32
 }
 
 /// Groups for as many chunks as there are of that many instances, or of fewer: a frame's own count may be less than what it is recorded for.

@@ -5,9 +5,27 @@ use super::kernel::{Gate, Groups, Kernel, Use, blocks, stage_source};
 /// Shader: `shaders/stages/key_instances.wgsl`. Twins: [`crate::cpu::key_instances`], [`crate::cpu::key_full_detail`].
 pub struct KeyInstances {
     kernel: Kernel,
+    /// [`Self::with_dots`] alone.
+    dots_first: Option<Kernel>,
 }
 
+/// Instances of a group that looks at dots first: the shader's constants.
+const KEY_GROUP_INSTANCES: u32 = 64 * 16;
+
 impl KeyInstances {
+    const USES: [Use; 10] = [
+        Use::Uniform,
+        Use::Uniform,
+        Use::Read,
+        Use::Read,
+        Use::Read,
+        Use::Read,
+        Use::Read,
+        Use::Read,
+        Use::Write,
+        Use::Write,
+    ];
+
     /// The stage's WGSL as it is compiled.
     pub fn source() -> String {
         stage_source(
@@ -18,20 +36,18 @@ impl KeyInstances {
 
     /// Compiles the stage.
     pub fn new(device: &wgpu::Device) -> Self {
-        let uses = [
-            Use::Uniform,
-            Use::Uniform,
-            Use::Read,
-            Use::Read,
-            Use::Read,
-            Use::Read,
-            Use::Read,
-            Use::Read,
-            Use::Write,
-            Use::Write,
-        ];
         let entry_points = ["key_levels", "key_full_detail"];
-        Self { kernel: Kernel::new(device, "key_instances", Self::source(), &entry_points, &uses) }
+        let kernel = Kernel::new(device, "key_instances", Self::source(), &entry_points, &Self::USES);
+        Self { kernel, dots_first: None }
+    }
+
+    /// The same that looks at those who are dots first, for adapters that are processors. `reach`: of [`crate::dot_reach`].
+    pub fn with_dots(device: &wgpu::Device, reach: u32) -> Self {
+        let constants = [("DOT_REACH", f64::from(reach))];
+        let entry_points = ["key_dots_first"];
+        let kernel =
+            Kernel::with_constants(device, "key_instances", Self::source(), &entry_points, &Self::USES, &constants);
+        Self { dots_first: Some(kernel), ..Self::new(device) }
     }
 
     /// Binds the buffers of the shader's bindings, in their order.
@@ -67,7 +83,11 @@ impl KeyInstances {
         instance_count: u32,
         gate: Gate<'_>,
     ) {
-        self.kernel.dispatch_gated(pass, 0, bound, (Groups::Blocks, blocks(instance_count)), gate);
+        // What a gate lets through is counted in blocks, and few come.
+        match self.dots_first.as_ref().filter(|_| gate.is_none()) {
+            Some(kernel) => kernel.dispatch(pass, 0, bound, instance_count.div_ceil(KEY_GROUP_INSTANCES)),
+            None => self.kernel.dispatch_gated(pass, 0, bound, (Groups::Blocks, blocks(instance_count)), gate),
+        }
     }
 
     /// Records the dispatch for that many instances: the buckets of full detail.

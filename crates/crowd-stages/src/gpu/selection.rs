@@ -1,5 +1,6 @@
 //! What most techniques share: culling, Eq. 1 and the budget, from the instances to one level for each.
 
+use super::kernel::is_software;
 use super::stage_recorder::StageRecorder;
 use super::upload::{CrowdBuffers, FrameBuffers};
 use super::{CullInstances, FillBudget, FitBudget, SelectLod, SumWeights};
@@ -34,7 +35,10 @@ impl Selection {
             fit.bind(device, config, &f.instances, &c.characters, lods, &f.wanted, blocks, &f.sums, choices)
         };
         let (fit_continuous, fit_quantized) = (fit_to(&c.lods), fit_to(&c.quantized_lods));
-        let fill = FillBudget::new(device);
+        let fill = match is_software(device) {
+            true => FillBudget::with_dots(device, c.dot_reach),
+            false => FillBudget::new(device),
+        };
         let fill_to = |lods| {
             let (characters, counts) = (&c.characters, &f.block_counts);
             fill.bind(device, config, characters, lods, &f.culled, counts, &f.fill, &f.sums, &f.choices)
@@ -76,8 +80,12 @@ impl Selection {
             Levels::Quantized => (&self.fill_quantized, &self.fit_quantized),
         };
         if options.fit == Fit::Fill || by_error {
-            let fill = if by_error { &self.fill_by_error } else { fill };
-            recorder.stage("fill_budget", |pass| self.fill_budget.record(pass, fill, config, count));
+            let has_dots = options.levels() == Levels::Quantized && !by_error;
+            let bound = if by_error { &self.fill_by_error } else { fill };
+            recorder.stage("fill_budget", |pass| match has_dots {
+                true => self.fill_budget.record_of_dots(pass, bound, config, count),
+                false => self.fill_budget.record(pass, bound, config, count),
+            });
             return;
         }
         recorder.stage("select_lod", |pass| self.select_lod.0.record(pass, &self.select_lod.1, count));

@@ -8,7 +8,7 @@ use crate::dispatch::BLOCK_SIZE;
 use crate::{
     BucketCounts, BucketRecord, Buckets, CrowdData, CullRecord, DiscreteConfig, DrawConfig, Error, FillState,
     FrameConfig, FrameTotals, InstanceRecord, LodChoice, MOST_POINTS, PointRecord, PoseCounts, Result, WeightSums,
-    discrete_config, dot_corners, surface_points,
+    discrete_config, dot_corners, dot_reach, surface_points,
 };
 use crowd_pack::Texel;
 use std::mem::{offset_of, size_of};
@@ -239,6 +239,8 @@ pub(crate) struct CrowdBuffers {
     pub(crate) lods: wgpu::Buffer,
     /// The same of quantised levels and dots.
     pub(crate) quantized_lods: wgpu::Buffer,
+    /// Below so many vertices everyone is dots.
+    pub(crate) dot_reach: u32,
     /// Of quantised levels by their errors.
     pub(crate) error_lods: wgpu::Buffer,
     pub(crate) tables: LevelTables,
@@ -294,6 +296,7 @@ impl CrowdBuffers {
             lods: up.filled("bytes of the LOD tables", &data.lods, Usage::STORAGE, fewer)?,
             quantized_lods: up.filled("bytes of the quantised LOD tables", &quantized_lods, Usage::STORAGE, fewer)?,
             error_lods: up.filled("bytes of the error tables", &buckets.error_lods(), Usage::STORAGE, fewer)?,
+            dot_reach: dot_reach(&data.characters),
             tables: LevelTables::new(up, data, &buckets)?,
             points: PointTables::new(data)?,
             clip_speeds: up.filled("speeds of clips", &clip_speeds, Usage::STORAGE, fewer)?,
