@@ -6,6 +6,9 @@ use super::upload::{CrowdBuffers, FrameBuffers};
 use super::{CullInstances, FillBudget, FitBudget, SelectLod, SumWeights};
 use crate::{DrawOptions, Fit, FrameConfig, Levels, Weight};
 
+/// From so many instances on most of a picture's are dots, and are counted first; smaller crowds would be gone over twice for little.
+const MANY: u32 = 1 << 16;
+
 /// The shared stages with their buffers bound.
 pub(crate) struct Selection {
     cull_instances: (CullInstances, wgpu::BindGroup),
@@ -80,7 +83,7 @@ impl Selection {
             Levels::Quantized => (&self.fill_quantized, &self.fit_quantized),
         };
         if options.fit == Fit::Fill || by_error {
-            let has_dots = options.levels() == Levels::Quantized && !by_error;
+            let has_dots = options.levels() == Levels::Quantized && !by_error && count >= MANY;
             let bound = if by_error { &self.fill_by_error } else { fill };
             recorder.stage("fill_budget", |pass| match has_dots {
                 true => self.fill_budget.record_of_dots(pass, bound, config, count),
