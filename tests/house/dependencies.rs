@@ -12,7 +12,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("crowd-raster", &[]),
     ("crowd-scene", &[]),
     ("crowd-judge", &["crowd-raster"]),
-    ("crowd-stages", &["crowd-pack"]),
+    ("crowd-stages", &["crowd-pack", "crowd-raster"]),
     ("crowdbake", &["crowd-source", "crowd-anim", "crowd-lod", "crowd-pack", "crowd-raster", "crowd-judge"]),
     ("crowdplay", &["crowd-stages", "crowd-scene", "crowd-pack", "crowd-raster"]),
     ("crowd-fixtures", &[]),

@@ -12,11 +12,13 @@ mod bin;
 mod clip;
 mod compare;
 mod cover;
+mod coverage;
 mod dabs;
 mod draw;
 mod fog;
 pub mod ground;
 pub mod light;
+mod mips;
 mod picture;
 mod sample;
 mod shade;
@@ -25,13 +27,14 @@ mod texture;
 mod types;
 
 pub use compare::{ImageDifference, compare_images};
+pub use coverage::Coverage;
 pub use dabs::{Dab, draw_dabs};
 pub use draw::{draw, draw_many};
 pub use fog::draw_fog;
 pub use ground::{draw_ground, draw_sky};
 pub use picture::{downsample, encode_jpeg, encode_png, encode_texels, encode_texels_soon};
 pub use sample::{level_of_detail, sample};
-pub use texture::{decode_picture, decode_picture_within, decode_texture};
+pub use texture::{decode_picture, decode_picture_within, decode_shown, decode_texture};
 pub use types::*;
 
 #[cfg(test)]

@@ -197,7 +197,7 @@ pub struct CrowdData {
     pub clip_speeds: Vec<f32>,
     /// Materials; `image` is a layer index here, or `crowd_pack::NONE`.
     pub materials: Vec<MaterialRecord>,
-    /// Texture layers, all `layer_side` x `layer_side`, sRGB-encoded RGBA8 with mip levels.
+    /// Texture layers, all `layer_side` x `layer_side`, sRGB-encoded RGBA8 with mip levels: means of the texels that a character shows.
     pub layers: Vec<TextureLayer>,
     /// Side of a layer in pixels, a power of two.
     pub layer_side: u32,
@@ -231,7 +231,7 @@ impl CrowdData {
     /// [`Error::Image`] when an image does not decode.
     pub fn without_impostors(pack: &Pack, max_layer_side: u32) -> Result<Self> {
         let contents = pack.contents();
-        let (layers, layer_side) = decode_layers(&contents.images, &contents.image_bytes, max_layer_side)?;
+        let (layers, layer_side) = decode_layers(contents, max_layer_side)?;
         let mut data = Self {
             characters: contents.characters.clone(),
             vertices: contents.vertices.clone(),

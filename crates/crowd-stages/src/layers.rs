@@ -1,7 +1,9 @@
-//! Decodes a pack's images into texture layers of one size, with mip levels averaged in linear light.
+//! Decodes a pack's images into texture layers of one size, with mip levels averaged in linear light over what characters show.
 
+use crate::shown_texels::shown_texels;
 use crate::{Error, Result, TextureLayer};
-use crowd_pack::ImageRecord;
+use crowd_pack::PackContents;
+use crowd_raster::{Coverage, Texture};
 use image::imageops::{FilterType, resize};
 use image::{ImageReader, Limits, RgbaImage};
 use rayon::prelude::*;
@@ -13,11 +15,8 @@ const MAX_IMAGE_SIDE: u32 = 16_384;
 const MAX_DECODE_BYTES: u64 = 1 << 30;
 
 /// One layer an image, and the side they share.
-pub(crate) fn decode_layers(
-    images: &[ImageRecord],
-    bytes: &[u8],
-    max_layer_side: u32,
-) -> Result<(Vec<TextureLayer>, u32)> {
+pub(crate) fn decode_layers(contents: &PackContents, max_layer_side: u32) -> Result<(Vec<TextureLayer>, u32)> {
+    let PackContents { images, image_bytes: bytes, .. } = contents;
     let largest = images.iter().map(|image| image.width.max(image.height)).max().unwrap_or(1).min(MAX_IMAGE_SIDE);
     let allowed = 1 << max_layer_side.clamp(1, MAX_IMAGE_SIDE).ilog2();
     let side = largest.max(1).next_power_of_two().min(allowed);
@@ -30,7 +29,7 @@ pub(crate) fn decode_layers(
             let encoded =
                 encoded.ok_or_else(|| Error::Image { index, problem: "lies outside the image bytes".to_owned() })?;
             let decoded = decode(encoded).map_err(|problem| Error::Image { index, problem: problem.to_string() })?;
-            Ok(TextureLayer::from_image(decoded, side))
+            Ok(TextureLayer::from_shown(decoded, side, &shown_texels(contents, index as u32, side)))
         })
         .collect::<Result<Vec<_>>>()?;
     Ok((layers, side))
@@ -64,13 +63,9 @@ pub(crate) fn decode_sized(bytes: &[u8], width: u32, height: u32) -> std::result
 }
 
 impl TextureLayer {
-    /// Resamples to `side` x `side` (a power of two) and makes the mip levels.
+    /// Resamples to `side` x `side` (a power of two) and makes the mip levels: means of all texels.
     pub fn from_image(image: RgbaImage, side: u32) -> Self {
-        let fitting = match image.dimensions() == (side, side) {
-            true => image,
-            false => resize(&image, side, side, FilterType::Triangle),
-        };
-        let mut mips = vec![fitting.pixels().map(|pixel| pixel.0).collect::<Vec<_>>()];
+        let mut mips = vec![resampled(image, side)];
         let light = LightTable::new();
         let mut level_side = side as usize;
         while level_side > 1 {
@@ -80,6 +75,23 @@ impl TextureLayer {
         }
         Self { mips }
     }
+
+    /// The same with means of the texels that are shown, and of no others; of all of them where none is.
+    fn from_shown(image: RgbaImage, side: u32, coverage: &Coverage) -> Self {
+        if coverage.is_empty() {
+            return Self::from_image(image, side);
+        }
+        let texture = Texture::from_shown(side, side, resampled(image, side), coverage);
+        Self { mips: texture.mips.into_iter().map(|mip| mip.texels).collect() }
+    }
+}
+
+fn resampled(image: RgbaImage, side: u32) -> Vec<[u8; 4]> {
+    let fitting = match image.dimensions() == (side, side) {
+        true => image,
+        false => resize(&image, side, side, FilterType::Triangle),
+    };
+    fitting.as_raw().as_chunks::<4>().0.to_vec()
 }
 
 /// sRGB to linear by table, and back by searching the middles between neighbours: exact rounding without a power.
@@ -128,6 +140,7 @@ impl LightTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crowd_pack::ImageRecord;
 
     #[test]
     fn every_grey_survives_decoding_and_encoding() {
@@ -148,9 +161,10 @@ mod tests {
     #[test]
     fn bytes_that_are_no_image_are_refused_with_their_index() {
         let record = ImageRecord { byte_offset: 0, byte_count: 5, width: 1, height: 1, ..Default::default() };
-        let error = decode_layers(&[record], b"hello", 64).expect_err("not an image");
+        let of = |image| PackContents { images: vec![image], image_bytes: b"hello".to_vec(), ..Default::default() };
+        let error = decode_layers(&of(record), 64).expect_err("not an image");
         assert!(error.to_string().starts_with("image 0 of the pack:"), "{error}");
         let beyond = ImageRecord { byte_offset: 3, byte_count: u64::MAX, ..record };
-        assert!(decode_layers(&[beyond], b"hello", 64).is_err());
+        assert!(decode_layers(&of(beyond), 64).is_err());
     }
 }

@@ -120,6 +120,7 @@ mod layers;
 mod origins;
 mod points;
 mod records;
+mod shown_texels;
 mod surface_colors;
 mod technique;
 

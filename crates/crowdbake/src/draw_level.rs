@@ -4,7 +4,7 @@ use crate::error::Cause;
 use crate::pose::{Mat3x4, Posed, palette_at, pose_mesh};
 use crate::unpack::Unpacked;
 use crowd_pack::{MaterialRecord, NONE, VertexRecord, material_flags, vertex_class};
-use crowd_raster::{Batch, Fill, Material, Target, Texture, View, Wrap};
+use crowd_raster::{Batch, Coverage, Fill, Material, Target, Texture, View, Wrap};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -108,7 +108,10 @@ impl Surfaces {
     /// An image that does not decode.
     pub(crate) fn load(character: &Unpacked<'_>) -> Result<Self, Cause> {
         let (materials, images) = raster_materials(character);
-        let decode = |&image: &u32| decode_image(character, image, TEXTURE_SIDE_PX);
+        let decode = |(texture, &image): (usize, &u32)| {
+            let show = |coverage: &mut Coverage| show_triangles(coverage, character, &materials, texture as u32);
+            crowd_raster::decode_shown(image_bytes(character, image), TEXTURE_SIDE_PX, show)
+        };
         let plain = |material: &Material| Material {
             base_color: [1.0; 4],
             texture: None,
@@ -117,7 +120,7 @@ impl Surfaces {
             ..*material
         };
         Ok(Self {
-            textures: images.par_iter().map(decode).collect::<Result<_, _>>()?,
+            textures: images.par_iter().enumerate().map(decode).collect::<Result<_, _>>()?,
             clay: materials.iter().map(plain).collect(),
             materials,
             shown: ShownVertices::new(character.vertices),
@@ -127,9 +130,25 @@ impl Surfaces {
 
 /// An image of the pack, halved until it is at most `side_px` wide and high. `image`: one that a material names.
 pub(crate) fn decode_image(character: &Unpacked<'_>, image: u32, side_px: u32) -> Result<Texture, Cause> {
+    Ok(crowd_raster::decode_texture(image_bytes(character, image), side_px)?)
+}
+
+fn image_bytes<'a>(character: &Unpacked<'a>, image: u32) -> &'a [u8] {
     let record = character.contents.images[image as usize];
-    let bytes = &character.contents.image_bytes[record.byte_offset as usize..][..record.byte_count as usize];
-    Ok(crowd_raster::decode_texture(bytes, side_px)?)
+    &character.contents.image_bytes[record.byte_offset as usize..][..record.byte_count as usize]
+}
+
+/// What full detail shows of a texture.
+fn show_triangles(coverage: &mut Coverage, character: &Unpacked<'_>, materials: &[Material], texture: u32) {
+    for corners in character.triangles {
+        let [first, second, third] = corners.map(|corner| &character.vertices[corner as usize]);
+        let material = materials.get(first.material() as usize).filter(|material| material.texture == Some(texture));
+        let Some(material) = material else { continue };
+        if material.alpha_cutoff > 0.0 {
+            coverage.read_alpha();
+        }
+        coverage.add([first.uv, second.uv, third.uv], [material.wrap_u, material.wrap_v]);
+    }
 }
 
 /// Materials of a character of a pack, and the images of the pack that are their textures.
