@@ -99,6 +99,8 @@ fn words_that_make_no_sense_are_usage_errors() {
         assert_eq!(ran.code, 2, "{words:?}: {}", ran.stderr);
         assert!(ran.stderr.contains(said), "{words:?}: {}", ran.stderr);
     }
+    let said = crowdplay(&["-q", "bench", "--help"]).stdout;
+    assert!(said == crowdplay(&["bench", "-q", "--help"]).stdout && String::from_utf8_lossy(&said).contains("--ab"));
     let ran = crowdplay(&["bench", "--help"]);
     assert_eq!(ran.code, 0);
     let help = String::from_utf8(ran.stdout).unwrap();

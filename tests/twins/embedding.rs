@@ -492,6 +492,13 @@ fn targets_and_cameras_of_another_kind_are_refused_by_name() {
         let refused = CrowdRenderer::new(device, queue, data(), wrong).err().expect("no depth of 24 bits").to_string();
         assert!(refused.starts_with(&format!("RendererOptions::depth_format: found {depth_format:?}")), "{refused}");
     }
+    for color_format in
+        [wgpu::TextureFormat::R32Uint, wgpu::TextureFormat::Depth32Float, wgpu::TextureFormat::Bc1RgbaUnorm]
+    {
+        let wrong = RendererOptions { color_format, ..OPTIONS };
+        let refused = CrowdRenderer::new(device, queue, data(), wrong).err().expect("no colours").to_string();
+        assert!(refused.starts_with(&format!("RendererOptions::color_format: found {color_format:?}")), "{refused}");
+    }
     let mut reversed = renderer(RendererOptions { reverse_z: true, ..OPTIONS }, &people());
     let result = reversed.encode(device, queue, &mut encoder, &color, SIZE, &camera(false), Technique::Reform);
     assert!(

@@ -228,4 +228,12 @@ fn beyond_a_binding_the_vertex_shader_skins_and_beyond_the_renderers_room_totals
     let totals = draw(&mut second, &picture, &config, way(Skinning::Compute, false));
     assert_eq!(totals.overflow & overflow::VERTICES, overflow::VERTICES, "{totals:?}");
     assert!(totals.needed_vertices > 2000);
+    // Who asks for none by name is drawn whole: what leaves people out is not taken for the fastest way.
+    let mut third = renderer(RendererOptions { max_vertices: 2000, ..OPTIONS }, &one_clip_each(&instances));
+    for _ in 0..4 {
+        let totals = draw(&mut third, &picture, &config, way(Skinning::Auto, false));
+        let choice = third.skinning(Skinning::Auto);
+        assert_eq!((choice.way, totals.overflow), (Skinning::Palettes, 0), "{totals:?}");
+    }
+    assert!(third.skinning(Skinning::Auto).measured_ms.is_none());
 }

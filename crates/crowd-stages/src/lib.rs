@@ -128,6 +128,8 @@ pub use buckets::{Buckets, DISCRETE_SHARES, discrete_config};
 pub use cascades::{CrowdBounds, SUN_DIRECTION, fit_cascades, shadow_side};
 pub use data::{CrowdData, Error, Result, TextureLayer};
 pub use dots::{DOT_COUNTS, dot_corners, dot_reach};
+/// Of the version that cameras are of.
+pub use glam;
 pub use impostors::{IMPOSTOR_FADE, ImpostorMip, ImpostorPoses, Impostors, is_impostor};
 pub use points::{MOST_POINTS, POINT_COUNTS, surface_points};
 pub use records::*;

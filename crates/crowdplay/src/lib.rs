@@ -72,7 +72,13 @@ pub fn run(
     stderr: &mut dyn Write,
 ) -> u8 {
     bound_threads();
-    let words: Vec<OsString> = args.into_iter().map(Into::into).collect();
+    let mut words: Vec<OsString> = args.into_iter().map(Into::into).collect();
+    // `crowdbake -q bake` is said so; so may `crowdplay -q bench` be.
+    let is_quiet = |word: &OsString| word == "-q" || word == "--quiet";
+    let flags = words.iter().skip(1).take_while(|word| is_quiet(word)).count();
+    if words.get(1 + flags).is_some_and(|word| word == bench::NAME) {
+        words[1..=1 + flags].rotate_right(1);
+    }
     let asked = match words.get(1).and_then(|word| word.to_str()) {
         Some(bench::NAME) => bench::parse(words.into_iter().skip(1)).map(|asked| Asked::Bench(Box::new(asked))),
         _ => cli::Args::try_parse_from(words).map(|args| Asked::Play(Box::new(args))),

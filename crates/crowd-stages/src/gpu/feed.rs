@@ -25,6 +25,9 @@ use std::mem::{offset_of, size_of};
 /// }
 /// ```
 ///
+/// A record with a number that is not finite, a character, clip or share that does not exist is nobody, and counted; a scale of 0 is nobody, too. Other
+/// numbers are taken as they are: keep scales within 0.01 to 100, places within a thousand kilometres, times within some days.
+///
 /// The simulator may write it at any time before the frame's commands on the same queue.
 #[derive(Debug, Clone)]
 pub struct InstanceFeed<'a> {

@@ -22,7 +22,7 @@ use super::selection::Selection;
 use super::shadows::{Light, STAMPS_A_CASCADE, Shadows};
 use super::skinning_trial::SkinningTrial;
 use super::stage_recorder::StageRecorder;
-use super::targets::{Attachments, DepthWay, Targets};
+use super::targets::{Attachments, DepthWay, Targets, check_color_format};
 use super::techniques::{self, Floor, FrameContext, Painter, Workshop};
 use super::upload::{CrowdBuffers, FrameBuffers, Uploader};
 use crate::data::check_instances;
@@ -149,6 +149,7 @@ impl CrowdRenderer {
                 remedy: "use 1 or 4",
             });
         }
+        check_color_format(options.color_format, device)?;
         DepthWay::of(&options).check(device)?;
         let mut up = Uploader { device, queue, bytes: 0 };
         let crowd = CrowdBuffers::new(&mut up, data)?;
@@ -377,7 +378,8 @@ impl CrowdRenderer {
     /// crowd alone into an engine's colour and depth.
     ///
     /// `options`: a [`Technique`], or [`DrawOptions`] with its switches. `config.instance_count` is ignored. Uniforms are
-    /// written through the queue, so submit each frame before recording the next.
+    /// written through the queue, so submit each frame before recording the next: two recorded before one submission, a split screen's, would
+    /// both show the second camera. The same holds for [`Self::encode_into`] and [`Self::set_instances`].
     ///
     /// # Errors
     /// Those of [`Self::prepare`]; [`Error::Feed`] for [`Technique::PseudoInstancing`] of a simulator's instances whose characters
@@ -413,7 +415,7 @@ impl CrowdRenderer {
             return Err(Error::Feed { what: "characters of instances", problem });
         }
         self.prepare(device, queue, options.technique)?;
-        let skinning = self.prepare_skinning(device, queue, &options);
+        let skinning = self.prepare_skinning(device, queue, config, &options);
         options.share_poses &= skinning == Skinning::Vertex || self.prepare_sharing(device, queue, &options);
         let (size, host_depth) = match onto {
             Onto::Own(color, size) => {

@@ -40,6 +40,8 @@ pub(crate) struct SkinningTrial {
     end_is_known: bool,
     /// Somebody may fade, or did once.
     fades: bool,
+    /// The frame may have more vertices than the renderer has room for.
+    outgrows: bool,
 }
 
 impl SkinningTrial {
@@ -47,7 +49,7 @@ impl SkinningTrial {
     pub(crate) fn way(&self, asked: Skinning) -> Skinning {
         match asked {
             _ if self.refused.is_some() => Skinning::Vertex,
-            Skinning::Auto if self.fades => Skinning::Palettes,
+            Skinning::Auto if self.fades || self.outgrows => Skinning::Palettes,
             Skinning::Auto => match self.outcome {
                 Some((way, _)) => way,
                 None => Skinning::WAYS[self.frames as usize % Skinning::WAYS.len()],
@@ -60,6 +62,12 @@ impl SkinningTrial {
     /// what was measured: from now on it is palettes, which mix a joint's two clips once for all vertices on it.
     pub(crate) fn note_fades(&mut self, fades: bool) {
         self.fades |= fades;
+    }
+
+    /// Takes note whether the next frame may have more vertices than there is room for: those skinned beforehand would be missing, and their absence
+    /// taken for speed. It is palettes then, which need no room for vertices.
+    pub(crate) fn note_room(&mut self, outgrows: bool) {
+        self.outgrows = outgrows;
     }
 
     /// What a way needs does not fit: the vertex shader does it from now on.
@@ -80,7 +88,7 @@ impl SkinningTrial {
     /// Frame `number` was recorded in that way. `can_measure`: its times will come back.
     pub(crate) fn drawn(&mut self, number: u64, asked: Skinning, way: Skinning, can_measure: bool) {
         self.newest = Some(way);
-        if asked != Skinning::Auto || self.fades || self.outcome.is_some() {
+        if asked != Skinning::Auto || self.fades || self.outgrows || self.outcome.is_some() {
             return;
         }
         self.frames += 1;
@@ -114,7 +122,11 @@ impl SkinningTrial {
     pub(crate) fn choice(&self, asked: Skinning) -> SkinningChoice {
         SkinningChoice {
             way: self.newest.unwrap_or(self.way(asked)),
-            is_settled: asked != Skinning::Auto || self.refused.is_some() || self.fades || self.outcome.is_some(),
+            is_settled: asked != Skinning::Auto
+                || self.refused.is_some()
+                || self.fades
+                || self.outgrows
+                || self.outcome.is_some(),
             fades: self.fades,
             measured_ms: self.outcome.filter(|_| !self.fades).and_then(|(_, ms)| ms),
             refused: self.refused.clone(),

@@ -95,6 +95,25 @@ impl Wanted {
     }
 }
 
+/// Refuses formats of colour that shaders cannot write colours into: whole numbers, depth, and what the device does not draw into.
+///
+/// # Errors
+/// [`Error::Target`].
+pub(crate) fn check_color_format(format: wgpu::TextureFormat, device: &wgpu::Device) -> Result<()> {
+    let features = device.features();
+    let is_float = matches!(format.sample_type(None, Some(features)), Some(wgpu::TextureSampleType::Float { .. }));
+    let usages = format.guaranteed_format_features(features).allowed_usages;
+    if is_float && !format.is_multi_planar_format() && usages.contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
+        return Ok(());
+    }
+    Err(Error::Target {
+        what: "RendererOptions::color_format",
+        found: format!("{format:?}"),
+        allowed: "a format of colours, as floats or parts of one, that the device draws into".into(),
+        remedy: "use Rgba8UnormSrgb, or the engine's",
+    })
+}
+
 /// What a pass is begun with.
 pub(crate) struct Attachments<'a> {
     pub(crate) color: &'a wgpu::TextureView,

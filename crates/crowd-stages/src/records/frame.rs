@@ -126,7 +126,8 @@ pub struct FrameView {
     pub viewport_height_px: f32,
     /// Seconds since start.
     pub time_s: f32,
-    /// Vertices for the whole frame: the paper's N.
+    /// Vertices for the whole frame: the paper's N. At most the renderer's [`crate::gpu::RendererOptions::max_vertices`]: what is more is left out where
+    /// vertices are written beforehand (reformation, [`crate::Skinning::Compute`]), and [`crate::FrameTotals::overflow`] says so.
     pub budget: u32,
     /// The paper's alpha, at least 1; both papers use 3.
     pub alpha: f32,

@@ -7,7 +7,7 @@ use super::super::targets::DepthWay;
 use super::super::techniques::Workshop;
 use super::super::upload::Uploader;
 use super::{CrowdRenderer, RendererOptions};
-use crate::{DrawOptions, Result, Skinning, Technique};
+use crate::{BudgetIn, DrawOptions, FrameConfig, Result, Skinning, Technique};
 
 impl CrowdRenderer {
     /// Sets up the stage that holds poses, unless it is.
@@ -73,6 +73,7 @@ impl CrowdRenderer {
         &mut self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
+        config: &FrameConfig,
         options: &DrawOptions,
     ) -> Skinning {
         if options.technique != Technique::Bucketed {
@@ -80,6 +81,7 @@ impl CrowdRenderer {
         }
         let arrived = self.read_back.collect(&self.meters);
         self.trial.took(arrived.frame, arrived.timings_ms.iter().map(|(_, ms)| ms).sum());
+        self.trial.note_room(self.may_outgrow(config));
         let way = self.trial.way(options.skinning);
         // Once: whoever asks for another way by name afterwards keeps what that needs.
         let is_over = options.skinning == Skinning::Auto && self.trial.take_end();
@@ -102,6 +104,14 @@ impl CrowdRenderer {
             }
         }
         way
+    }
+
+    /// Whether N lets through more vertices than there is room for, and the crowd has them.
+    fn may_outgrow(&self, config: &FrameConfig) -> bool {
+        let is_known = self.instance_characters.len() >= self.instance_count as usize;
+        let most = if is_known { self.full_detail_totals.vertex_count } else { u32::MAX };
+        let in_vertices = config.budget_in == BudgetIn::Vertices as u32;
+        in_vertices && config.budget.min(most) > self.options.max_vertices
     }
 
     /// Sets up what sharing poses needs, where it is asked for and fits: without it everyone is skinned by themselves.

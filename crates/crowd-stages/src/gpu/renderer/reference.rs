@@ -34,7 +34,7 @@ impl CrowdRenderer {
         if !self.holds_frame[technique.number()] {
             return Err(Error::NoFrame { technique });
         }
-        let skinning = self.prepare_skinning(device, queue, &options);
+        let skinning = self.prepare_skinning(device, queue, seen, &options);
         self.draw.fit_targets(device, size, false)?;
         self.check_own(color, size, reference)?;
         self.prepare_marks(device, queue)?;
