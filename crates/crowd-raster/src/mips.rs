@@ -55,7 +55,7 @@ impl Texture {
         for at in (0..levels.len()).rev() {
             let (finer, coarser) = levels.split_at_mut(at + 1);
             let (mip, weights) = &mut finer[at];
-            fill(mip, weights, coarser.first().map(|(mip, _)| mip), coverage.repeats());
+            fill(mip, weights, coarser.first().map(|(mip, _)| mip), (coverage.repeats(), reads_alpha));
         }
         Self { mips: std::iter::once(largest).chain(levels.into_iter().map(|(mip, _)| mip)).collect() }
     }
@@ -128,7 +128,7 @@ fn halve(mip: &Mip, weight_at: impl Fn(usize) -> f32 + Sync, reads_alpha: bool) 
 
 /// Gives texels that show nothing, or that triangles only touch, the mean of the shown ones around; where there are none, the colour of
 /// the coarser level.
-fn fill(mip: &mut Mip, weights: &[f32], coarser: Option<&Mip>, repeats: [bool; 2]) {
+fn fill(mip: &mut Mip, weights: &[f32], coarser: Option<&Mip>, (repeats, reads_alpha): ([bool; 2], bool)) {
     let (width, height) = (mip.width as usize, mip.height as usize);
     let linear = decode_table();
     let texels = &mip.texels;
@@ -145,7 +145,7 @@ fn fill(mip: &mut Mip, weights: &[f32], coarser: Option<&Mip>, repeats: [bool; 2
             }
         }
         if sum.weight > 0.0 {
-            return sum.mean(sum.weight, true);
+            return sum.mean(sum.weight, reads_alpha);
         }
         let Some(coarser) = coarser else { return texels[at] };
         let parent = |at: usize, last: u32| (at / 2).min(last as usize - 1);
@@ -280,6 +280,23 @@ mod tests {
         assert_eq!(of(&coverage), [half(200), encode(0.5 * linear(100) + 0.5), half(50), 128]);
         coverage.read_alpha();
         assert_eq!(of(&coverage), [200, 100, 50, 128]);
+    }
+
+    #[test]
+    fn what_is_filled_heeds_alpha_where_somebody_cuts_by_it() {
+        // Red without alpha, a gap, green with it.
+        let (red, green) = ([255, 0, 0, 0], [0, 255, 0, 255]);
+        let texels = [[red, red, BLACK, BLACK, green, green]; 2].concat();
+        let mut coverage = Coverage::new(6, 2);
+        for [from, to] in [[0.0, 1.0 / 3.0], [2.0 / 3.0, 1.0]] {
+            for corners in [[[from, 0.0], [to, 0.0], [to, 1.0]], [[from, 0.0], [to, 1.0], [from, 1.0]]] {
+                coverage.add(corners, [Wrap::Clamp; 2]);
+            }
+        }
+        let gap = |coverage: &Coverage| Texture::from_shown(6, 2, texels.clone(), coverage).mips[1].texels[1];
+        assert_eq!(gap(&coverage), [encode(0.5), encode(0.5), 0, 128]);
+        coverage.read_alpha();
+        assert_eq!(gap(&coverage), [0, 255, 0, 128]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use crate::sample::key_times;
 use crate::views::{self, QuantizedMesh};
 use crowd_anim::{ClipView, Joint, SampledClip, Skeleton, frames_apart, key_steps, sample_frames};
 use crowd_pack::{AnimationLayout, JointStorage, SPLIT_JOINT_BYTES, Texel, store_frame, stored_frames};
-use crowd_source::{RawCharacter, RawClip, Warning};
+use crowd_source::{RawCharacter, RawClip, RawInterpolation, Warning};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -205,7 +205,8 @@ pub fn store_animation(
     Ok(stored)
 }
 
-/// The worst place between sampled frames over all clips. Where keys fall on frames it is halfway, elsewhere quarters are looked at.
+/// The worst place between sampled frames over all clips, as far as looked at: halfway where keys fall on frames and curves are straight between them,
+/// at each quarter elsewhere.
 fn between_frames(
     raw: &RawCharacter,
     points: &Points,
@@ -215,7 +216,8 @@ fn between_frames(
     let vertices = (&points.positions[..], &points.joints[..], &points.weights[..]);
     let of_clip = |(source, clip): (&RawClip, &SampledClip)| {
         let even = key_steps(&key_times(source)).is_some_and(|steps| (clip.frame_count - 1).is_multiple_of(steps));
-        let looks = if even { 1 } else { 3 };
+        let straight = source.tracks.iter().all(|track| track.interpolation == RawInterpolation::Linear);
+        let looks = if even && straight { 1 } else { 3 };
         let (distance_m, time_s) = crowd_anim::between_frames(vertices, rig, &views::clip_view(source), clip, looks)?;
         Ok(BetweenFrames { distance_m, clip: clip.name.clone(), time_s })
     };

@@ -74,8 +74,8 @@ pub(super) fn parse_document(asset: Asset<'_>, json: &[u8], warnings: &mut Warni
 /// Bytes of a copyright or of extras that are kept.
 const LONGEST_CREDIT: usize = 64 << 10;
 
-/// Our own entry of `asset.extras` in exports: it tells of one level, so it is nobody's credit.
-const OWN_EXTRAS: &str = "crowdbake";
+/// Our own entry of `asset.extras` in exports, and what earlier ones had in its place: they tell of one level, so they are nobody's credit.
+const OWN_EXTRAS: [&str; 5] = ["crowdbake", "character", "vertices", "triangles", "triangles_of_full_detail"];
 
 /// What the document says of its makers.
 pub(super) fn read_credits(root: &Root, warnings: &mut Warnings) -> RawCredits {
@@ -91,7 +91,8 @@ pub(super) fn read_credits(root: &Root, warnings: &mut Warnings) -> RawCredits {
     let extras =
         root.asset.extras.as_ref().and_then(|extras| serde_json::from_str::<Map<String, Value>>(extras.get()).ok());
     let extras = extras.map_or(String::new(), |mut entries| {
-        entries.remove(OWN_EXTRAS);
+        let is_export = root.asset.generator.as_deref().is_some_and(|generator| generator.starts_with("crowdbake"));
+        OWN_EXTRAS.iter().take(if is_export { 5 } else { 1 }).for_each(|own| drop(entries.remove(*own)));
         if entries.is_empty() { String::new() } else { Value::Object(entries).to_string() }
     });
     RawCredits {

@@ -46,8 +46,8 @@ impl KeyInstances {
         let constants = [("DOT_REACH", f64::from(reach))];
         let entry_points = ["key_dots_first"];
         let kernel =
-            Kernel::with_constants(device, "key_instances", Self::source(), &entry_points, &Self::USES, &constants);
-        Self { dots_first: Some(kernel), ..Self::new(device) }
+            || Kernel::with_constants(device, "key_instances", Self::source(), &entry_points, &Self::USES, &constants);
+        Self { dots_first: (reach > 0).then(kernel), ..Self::new(device) }
     }
 
     /// Binds the buffers of the shader's bindings, in their order.

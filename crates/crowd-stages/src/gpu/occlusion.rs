@@ -174,8 +174,8 @@ impl Occlusion {
         self.first.record_levels(recorder, config, options);
     }
 
-    /// After the first phase is drawn: levels of those who come into sight. `is_gated`: everything up to the draw goes by the gate, so it takes no time
-    /// where nobody waits.
+    /// After the first phase is drawn: levels of those who come into sight. `is_gated`: everything between the test and the draw goes by the gate, so it
+    /// takes no time where nobody waits.
     pub(crate) fn record_second(&self, recorder: &mut StageRecorder<'_>, config: &FrameConfig, is_gated: bool) {
         let count = config.instance_count;
         let pyramid = self.pyramid.as_ref().expect("fit comes first");

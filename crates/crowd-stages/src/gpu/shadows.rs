@@ -2,7 +2,7 @@
 //!
 //! Casters go through the same buckets and vertex shader as the crowd, so whatever feeds that can feed the maps.
 
-use super::allocate::texture_or_error;
+use super::allocate::{buffer_or_error, texture_or_error};
 use super::bucket_draws::BucketDraws;
 use super::draw_crowd::{DEPTH, DrawCrowd};
 use super::draw_scenery::DrawScenery;
@@ -96,12 +96,13 @@ impl Light {
                 let descriptor = wgpu::TextureDescriptor { format: COPY, usage, ..descriptor };
                 let map =
                     texture_or_error(device, "copies of shadow maps", bytes, "draw without shadows", &descriptor)?;
-                let numbers = device.create_buffer(&wgpu::BufferDescriptor {
+                let descriptor = wgpu::BufferDescriptor {
                     label: Some("numbers of a shadow map"),
                     size: u64::from(side) * u64::from(side) * 4,
                     usage: Usage::COPY_SRC | Usage::COPY_DST,
                     mapped_at_creation: false,
-                });
+                };
+                let numbers = buffer_or_error(device, "numbers of a shadow map", "draw without shadows", &descriptor)?;
                 Ok(Copied { numbers, map })
             })
             .transpose()?;

@@ -1,6 +1,7 @@
 //! An inspection as text for people.
 
 use super::{CharacterInspection, Inspection, MeasuredInspection};
+use crate::talk::printable;
 use crate::units::counted;
 use std::fmt::Write;
 
@@ -24,7 +25,7 @@ fn write_character(out: &mut String, character: &CharacterInspection) {
     let c = character;
     let _ = writeln!(out, "\n{} (from {})", c.name, c.source);
     if let Some(line) = &c.copyright {
-        let _ = writeln!(out, "  copyright     {}", line.replace('\n', " "));
+        let _ = writeln!(out, "  copyright     {}", shortened(line));
     }
     let _ = writeln!(out, "  full detail   {} triangles, {} vertices", grouped(c.triangles), grouped(c.vertices));
     if let (Some(vertices), Some(triangles), Some(levels)) = (c.coarsest_vertices, c.coarsest_triangles, c.levels) {
@@ -108,6 +109,13 @@ fn write_character(out: &mut String, character: &CharacterInspection) {
     for warning in &c.warnings {
         let _ = writeln!(out, "  warning       {warning}");
     }
+}
+
+/// A line of a file's own words: the beginning of it, on one line, without marks that steer a terminal.
+fn shortened(words: &str) -> String {
+    const MOST: usize = 300;
+    let line: String = words.replace(['\r', '\n'], " ").chars().take(MOST).collect();
+    format!("{}{}", printable(&line), if words.chars().count() > MOST { "..." } else { "" })
 }
 
 /// Rows of quantised levels that the table for people shows, spread over all; JSON has all of them.
