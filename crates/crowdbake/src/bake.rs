@@ -143,7 +143,7 @@ pub fn bake_character(entry: &PlanEntry, strict: bool, watch: Watch<'_>) -> Resu
         .map_err(|cause| BakeError::of(Step::Quantize, name, cause))?;
     warnings.extend(animation.warning());
     let clips = &animation.clips;
-    let frame_factors = frame_factors(&sampled, clips, &entry.clip_weights)
+    let frame_factors = frame_factors(&sampled, clips, &entry.clip_weights, entry.fps)
         .map_err(|cause| BakeError::of(Step::Sample, name, cause))?;
     // Feet are looked at in all frames, not in those that are kept.
     let contacts = |clip: &SampledClip| {

@@ -16,6 +16,9 @@ const MATRICES: u64 = 1 << 24;
 /// Largest number in a matrix: what the simplifier computes with.
 const RANGE: f32 = 1.0e6;
 
+/// Rates that differ by less, relatively, are one: key times are rounded.
+const SAME_RATE: f32 = 0.01;
+
 /// Longest column of a matrix whose joint is taken to have no size.
 const NO_SIZE: f32 = 1.0e-6;
 
@@ -124,6 +127,7 @@ pub(crate) fn frame_factors(
     sampled: &[SampledClip],
     kept: &[SampledClip],
     clip_weights: &[(String, f32)],
+    rate: FrameRate,
 ) -> Result<Vec<f32>, Cause> {
     let mut factors = vec![1.0_f32; kept.len()];
     for (asked, weight) in clip_weights {
@@ -132,8 +136,15 @@ pub(crate) fn frame_factors(
             factors[index] *= weight;
         }
     }
-    for ((factor, sampled), kept) in factors.iter_mut().zip(sampled).zip(kept) {
+    // Clips that were sampled at rates of their own count by their time all the same: a frame of a denser one counts less.
+    let density = |clip: &SampledClip| f64::from(clip.frame_count.saturating_sub(1)) / f64::from(clip.duration_s);
+    let densities: Vec<f64> = sampled.iter().map(density).collect();
+    let first = densities.iter().copied().find(|density| density.is_finite() && *density > 0.0).unwrap_or(1.0);
+    for (index, (factor, (sampled, kept))) in factors.iter_mut().zip(sampled.iter().zip(kept)).enumerate() {
+        let ratio = (densities[index] / first) as f32;
+        let is_even = rate != FrameRate::Auto || !ratio.is_finite() || ratio <= 0.0 || (ratio - 1.0).abs() < SAME_RATE;
         *factor *= sampled.frame_count as f32 / kept.frame_count.max(1) as f32;
+        *factor /= if is_even { 1.0 } else { ratio };
     }
     if factors.iter().all(|factor| *factor == 0.0) {
         return Err(Cause::NothingWeighs);
@@ -211,13 +222,21 @@ mod tests {
             root_motion: RootMotion::default(),
             loop_gap_m: 0.0,
         };
+        let rate = FrameRate::Fixed(30.0);
         let of = |counts: [u32; 2]| ["idle", "walk"].into_iter().zip(counts).map(clip).collect::<Vec<_>>();
-        assert_eq!(frame_factors(&of([6, 3]), &of([6, 3]), &[]).expect("no names"), Vec::<f32>::new());
-        assert_eq!(frame_factors(&of([6, 3]), &of([2, 3]), &[]).expect("no names"), [3.0, 3.0, 1.0, 1.0, 1.0]);
+        assert_eq!(frame_factors(&of([6, 3]), &of([6, 3]), &[], rate).expect("no names"), Vec::<f32>::new());
+        assert_eq!(frame_factors(&of([6, 3]), &of([2, 3]), &[], rate).expect("no names"), [3.0, 3.0, 1.0, 1.0, 1.0]);
+        // Sampled at twice the rate, the second clip's frames count half.
+        let mut denser = of([6, 11]);
+        assert_eq!(frame_factors(&denser, &denser, &[], rate).expect("no names"), Vec::<f32>::new());
+        let rate = FrameRate::Auto;
+        assert_eq!(frame_factors(&denser, &denser, &[], rate).expect("no names")[6..], [0.5; 11]);
+        denser[1].duration_s = 2.0;
+        assert_eq!(frame_factors(&denser, &denser, &[], rate).expect("no names"), Vec::<f32>::new());
         let twice = [("walk".to_owned(), 2.0)];
-        assert_eq!(frame_factors(&of([6, 2]), &of([2, 2]), &twice).expect("one is there"), [3.0, 3.0, 2.0, 2.0]);
+        assert_eq!(frame_factors(&of([6, 2]), &of([2, 2]), &twice, rate).expect("one is there"), [3.0, 3.0, 2.0, 2.0]);
         let none = [("*".to_owned(), 0.0)];
-        let error = frame_factors(&of([6, 2]), &of([2, 2]), &none).expect_err("nothing counts");
+        let error = frame_factors(&of([6, 2]), &of([2, 2]), &none, rate).expect_err("nothing counts");
         assert!(error.to_string().contains("--clip-weight"), "{error}");
     }
 }
