@@ -229,10 +229,10 @@ mod tests {
         // Sampled at twice the rate, the second clip's frames count half.
         let mut denser = of([6, 11]);
         assert_eq!(frame_factors(&denser, &denser, &[], rate).expect("no names"), Vec::<f32>::new());
-        let rate = FrameRate::Auto;
-        assert_eq!(frame_factors(&denser, &denser, &[], rate).expect("no names")[6..], [0.5; 11]);
+        let auto = FrameRate::Auto;
+        assert_eq!(frame_factors(&denser, &denser, &[], auto).expect("no names")[6..], [0.5; 11]);
         denser[1].duration_s = 2.0;
-        assert_eq!(frame_factors(&denser, &denser, &[], rate).expect("no names"), Vec::<f32>::new());
+        assert_eq!(frame_factors(&denser, &denser, &[], auto).expect("no names"), Vec::<f32>::new());
         let twice = [("walk".to_owned(), 2.0)];
         assert_eq!(frame_factors(&of([6, 2]), &of([2, 2]), &twice, rate).expect("one is there"), [3.0, 3.0, 2.0, 2.0]);
         let none = [("*".to_owned(), 0.0)];
