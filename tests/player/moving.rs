@@ -92,7 +92,13 @@ fn seats_stand_on_steps_and_all_of_them_are_in_the_picture() {
     let warm = |picture: &image::RgbImage| picture.pixels().filter(|p| p.0[0] > p.0[2].saturating_add(14)).count();
     assert!(warm(&gpu) > 192 * 108 / 5 && warm(&cpu) > 192 * 108 / 5, "{} and {}", warm(&gpu), warm(&cpu));
     let level = scene.picture(&words("disc", "gpu"));
-    assert!(warm(&gpu) > 2 * warm(&level), "people on level ground are not it: {} and {}", warm(&gpu), warm(&level));
+    // As many people on level ground, whose clothes are warm, too.
+    assert!(
+        warm(&gpu) > warm(&level) + 192 * 108 / 30,
+        "people on level ground are not it: {} and {}",
+        warm(&gpu),
+        warm(&level)
+    );
     assert_eq!(scene.report(&words("seats", "cpu"))["frames"][0]["visible"], 200);
 }
 
