@@ -54,7 +54,7 @@ bench-peng2011:
 
 # Write docs/benchmarks/peng2011-linear.md again: Table 2 of Peng 2011, how the time of reformation grows with the triangles
 bench-peng2011-linear:
-    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b3 --counts 2048,4096,8192,16384,32768 --size 640x360 --msaa 1 --rounds 9 --warm-up 1 --no-morph --dots 0 --markdown docs/benchmarks/peng2011-linear.md
+    cargo run --release -p crowdplay -- bench out/cast.crowdpack --ab b3 --counts 2048,4096,8192,16384,32768 --budget-each 200 --size 640x360 --msaa 1 --rounds 9 --warm-up 1 --no-morph --dots 0 --markdown docs/benchmarks/peng2011-linear.md
 
 # Write docs/benchmarks/dong2019.md again: N from 1 to 20 million and 30,000 people, pseudo-instancing and points beside their method and ours (ten minutes on software Vulkan)
 bench-dong2019:

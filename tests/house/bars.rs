@@ -23,7 +23,7 @@ fn folder() -> PathBuf {
 }
 
 /// The cells of a line `| a | b |`, or nothing of any other line.
-fn cells(line: &str) -> Option<Vec<&str>> {
+pub(crate) fn cells(line: &str) -> Option<Vec<&str>> {
     let inner = line.trim().strip_prefix('|')?.strip_suffix('|')?;
     Some(inner.split('|').map(str::trim).collect())
 }

@@ -49,7 +49,7 @@ pub fn measure(asked: &Asked, talk: &mut Talk<'_>) -> Result<BenchReport> {
     let samples = plan.machine.samples.unwrap_or(4);
     let aspect = plan.size[0] as f32 / plan.size[1] as f32;
     let (mut rows, mut conditions, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
-    let conditions_of = |count: &u32| asked.budgets.iter().map(|budget| (*count, *budget)).collect::<Vec<_>>();
+    let conditions_of = |&count: &u32| asked.budgets_of(count).into_iter().map(move |budget| (count, budget));
     for (count, budget) in asked.counts.iter().flat_map(conditions_of) {
         let crowd_plan = plan.crowd.with_count(count);
         let crowd = crowd::gather(&pack, &crowd_plan, aspect)?;

@@ -92,6 +92,11 @@ pub struct BenchWords {
           value_parser = clap::value_parser!(u32).range(1..), help_heading = "Bench")]
     pub budgets: Vec<u32>,
 
+    /// Vertices a person, instead of --budget: N grows with the crowd, as that of Peng 2011 does
+    #[arg(long, value_name = "VERTICES", conflicts_with_all = ["budget", "budgets"],
+          value_parser = clap::value_parser!(u32).range(1..=1_000_000), help_heading = "Bench")]
+    pub budget_each: Option<u32>,
+
     /// Also measure how much of each picture changes by levels alone: every frame once more with the levels of the frame before
     #[arg(long, help_heading = "Bench")]
     pub pops: bool,
@@ -129,12 +134,20 @@ pub struct Asked {
     pub plan: Plan,
     /// Sizes of the crowd.
     pub counts: Vec<u32>,
-    /// Vertices for a frame at each; `None` is the player's usual number.
+    /// Vertices for a frame at each, unless `--budget-each` says them; `None` is the player's usual number.
     pub budgets: Vec<Option<u32>>,
     /// Say nothing but errors.
     pub quiet: bool,
     /// The words as typed, for the page.
     pub typed: String,
+}
+
+impl Asked {
+    /// Vertices for a frame of so many people, one after another.
+    pub fn budgets_of(&self, count: u32) -> Vec<Option<u32>> {
+        let each = |each: u32| vec![Some(each.saturating_mul(count))];
+        self.words.budget_each.map_or_else(|| self.budgets.clone(), each)
+    }
 }
 
 /// The words for clap: the player's without those that make no sense here, and the bench's.
@@ -263,6 +276,12 @@ mod tests {
         assert_eq!((path.words.rounds, path.words.path), (50, Some(50)));
         let sweep = parsed(&["p", "--ab", "b3", "--budgets", "9000,20000"]).unwrap().unwrap();
         assert_eq!(sweep.budgets, [Some(9000), Some(20000)]);
+        assert_eq!(sweep.budgets_of(7), sweep.budgets);
+        let growing = parsed(&["p", "--ab", "b3", "--counts", "8,64", "--budget-each", "200"]).unwrap().unwrap();
+        assert_eq!(
+            growing.counts.iter().map(|&count| growing.budgets_of(count)).collect::<Vec<_>>(),
+            [[Some(1600)], [Some(12800)]]
+        );
     }
 
     #[test]
@@ -284,6 +303,7 @@ mod tests {
             &["p", "--ab", "b0", "--technique", "b3"],
             &["p", "--ab", "b0", "--count", "5", "--counts", "6"],
             &["p", "--ab", "b0", "--budget", "5000", "--budgets", "6000"],
+            &["p", "--ab", "b0", "--budget", "5000", "--budget-each", "60"],
             &["p", "--ab", "b0", "--assert", "b0 == 1"],
             &["p", "--ab", "b0", "--path", "9"],
             &["p", "--ab", "b0", "--path", "9", "--camera-path", "line", "--rounds", "3"],
